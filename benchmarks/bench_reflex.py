@@ -113,7 +113,7 @@ def measure(
         mock.actuators["wheels"].wrap(lambda device: wheels)
 
     rules = [catalog.find("rules", "avoid_collision").path]
-    controller = Controller(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
+    controller = Controller(build, rules=rules, places=[PlaceSpec(name="far", pose=Pose2(9.0, 0.0), agents=("R1",))])
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
         with SinkThread(recorder) as sink:

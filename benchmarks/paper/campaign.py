@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
@@ -50,14 +49,13 @@ def play(job: Job) -> Summary:
     catalog = _catalog(job.project)
     scenario = catalog.load_scenario(job.scenario)
     agents = tuple(
-        dataclasses.replace(
-            agent,
+        agent.replaced(
             rules=agent.rules if job.rules is None else job.rules,
             parameters={**agent.parameters, **dict(job.parameters)},
         )
         for agent in scenario.agents
     )
-    scenario = dataclasses.replace(scenario, agents=agents)
+    scenario = scenario.replaced(agents=agents)
     result = run(scenario, catalog, seed=job.seed, out=job.out if job.record else None, report=False)
     if job.out is not None and not job.record:
         job.out.mkdir(parents=True, exist_ok=True)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.base.toml_table import Table
-from rocs_bt.catalog import ActorSpec, AgentSpec, FactSpec
+from rocs_bt.catalog import ActorSpec, AgentSpec
+from rocs_bt.declare import Value
 
-OMITTED = ("name", "file", "doc", "bases", "line", "parameters_at", "perturbations", "position", "positions")
-"""Fields that are no settings of a file: documentation, names, positions, and what a comparison perturbs."""
+OMITTED = ("name", "file", "doc", "bases", "format", "perturbations")
+"""Fields that are no settings of a file: documentation, names, and what a comparison perturbs."""
 
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
@@ -28,7 +28,7 @@ UNITS = {
 Formatter = Callable[[Any], str]
 """Formats a single value."""
 
-_UNSET = {"latency": "measured", "success": "the mission's status"}  # meaning of None in these fields
+_UNSET = {"latency": "measured", "goal": "the mission's status"}  # meaning of None in these fields
 _NOTHING: tuple[Any, ...] = (None, "", (), {})  # values of fields that are not set
 
 
@@ -73,16 +73,16 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
 def _rows(spec: Any, show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
     robot = isinstance(spec, (AgentSpec, ActorSpec))
-    for name in (field.name for field in fields(spec) if field.name not in OMITTED):
+    for name in (name for name in spec.values() if name not in OMITTED):
         value = _UNSET.get(name) if getattr(spec, name) is None else getattr(spec, name)
         what = "start" if robot and name == "pose" else name.replace("_", " ")
         if value in _NOTHING:
             continue
         if robot and name == "parameters":
             rows |= _parameters(spec, show)
-        elif is_dataclass(value):
+        elif isinstance(value, Value):
             rows |= {f"{what}'s {row}": text for row, text in _rows(value, show).items()}
-        elif isinstance(value, tuple) and is_dataclass(value[0]):
+        elif isinstance(value, tuple) and isinstance(value[0], Value):
             rows |= _each(what, value, show)
         else:
             rows[what] = _text(value, show, UNITS.get(name, ""))
@@ -102,7 +102,7 @@ def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
     for spec in specs:
         values = "; ".join(f"{row}: {text}" for row, text in _rows(spec, show).items())
-        called = f"{what.removesuffix('s')} {getattr(spec, fields(spec)[0].name)}"
+        called = f"{what.removesuffix('s')} {next(iter(spec.values().values()))}"
         nth = sum(row == called or row.startswith(f"{called} #") for row in rows) + 1  # a node may have several facts
         rows[called if nth == 1 else f"{called} #{nth}"] = values
     return rows
@@ -112,8 +112,6 @@ def _text(value: Any, show: Formatter, unit: str = "") -> str:
     if isinstance(value, Pose2):
         x, y, yaw = (show(round(number, 3) if show is _plain else number) for number in value)
         return f"{x} m, {y} m" + ("" if math.isnan(value.yaw) else f", {yaw} rad")
-    if isinstance(value, Table):  # of a fact
-        return _text({key: each for key, each in value.data.items() if key not in FactSpec.KEYS}, show)
     if isinstance(value, Mapping):
         parts = [f"{key} {_text(value[key], show, unit)}" for key in sorted(value)]
     elif isinstance(value, (list, tuple)):

@@ -11,6 +11,7 @@ from ..base.parameter import Parameter, read_arguments
 from ..base.toml_table import Table
 from ..base.units import ANGLE, LENGTH, Bounds
 from ..catalog import FactSpec, PlaceSpec
+from ..declare import positions_of
 from ..knowledge import Attribute, Knowledge, Schema
 
 TO, BOTH_WAYS = "to", "both_ways"
@@ -42,7 +43,8 @@ def read_attributes(place: PlaceSpec, schema: Schema) -> dict[str, Any]:
             the scenario's file.
     """
     declared = {name: _parameter(name, of) for name, of in schema.kinds[place.kind].attributes.items()}
-    return read_arguments(declared, place.attributes, f"the {place.kind} '{place.name}'", positions=place.positions)
+    what, positions = f"the {place.kind} '{place.name}'", positions_of(place.attributes)
+    return read_arguments(declared, place.attributes, what, positions=positions)
 
 
 def _parameter(name: str, attribute: Attribute) -> Parameter:
@@ -61,17 +63,13 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
     faults: list[Fault] = []
     for fact in facts:
         for key in ("guard", "query"):
-            text = fact.table.data.get(key)
+            text = fact.attributes.get(key)
             if not isinstance(text, str) or fact.kind not in ("strategy", "question"):
                 continue
             try:
                 knowledge.query(text)
             except InputError as error:
-                line, column = fact.table.position(key)
-                faults += (
-                    Fault(f"the {key} '{text}': {f.message}", fact.table.file, line, column, f.hint)
-                    for f in error.faults
-                )
+                faults += (Fault(f"the {key} '{text}': {f.message}", *fact.place(key), f.hint) for f in error.faults)
     if faults:
         raise InputError(*faults)
 
@@ -83,8 +81,8 @@ class _FactWriter:
         self._graph = knowledge.graph
         self._fact = fact
         self._named = named
-        self._keys = [key for key in fact.table.data if key not in FactSpec.KEYS]
-        self._table = Table(fact.table.file, fact.table.data, fact.table.key, fact.table.positions)
+        self._keys = list(fact.attributes)
+        self._table = fact.attributes.opened()
         self._table.faults = faults
         self._known = True
 

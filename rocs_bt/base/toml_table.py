@@ -219,7 +219,7 @@ class Table:
     def table(self, key: str, optional: bool = True) -> Table:
         """Read a sub-table; an empty one if it is missing."""
         data = self._typed(key, dict, "a table", {} if optional else _MISSING, {})
-        return self._child(data, (*self.key, key))
+        return self.child(data, key)
 
     def tables(self, key: str) -> list[Table]:
         """Read an array of tables `[[key]]`; empty if it is missing."""
@@ -227,14 +227,14 @@ class Table:
         if any(not isinstance(v, dict) for v in values):
             self.fault(key, f"{key} must be written as [[{key}]] tables.")
             return []
-        return [self._child(v, (*self.key, key, i)) for i, v in enumerate(values)]
+        return [self.child(v, key, i) for i, v in enumerate(values)]
 
     def named_tables(self, key: str) -> dict[str, Table]:
         """Read the tables `[key.NAME]`, by name; empty if there are none."""
         values = self._typed(key, dict, "a table of tables", {}, {})
         if bad := [name for name, v in values.items() if not isinstance(v, dict)]:
             self.fault(key, f"{key}.{bad[0]} must be a table.", hint=f"Write it as [{key}.{bad[0]}].")
-        return {n: self._child(v, (*self.key, key, n)) for n, v in values.items() if isinstance(v, dict)}
+        return {n: self.child(v, key, n) for n, v in values.items() if isinstance(v, dict)}
 
     def keys(self) -> list[str]:
         """Keys in this table, for tables with keys that the user chooses."""
@@ -257,8 +257,9 @@ class Table:
         for child in self._children:
             child._note_unknown_keys()
 
-    def _child(self, data: dict[str, Any], key: Key) -> Table:
-        child = Table(self.file, data, key, self.positions, self.bases)
+    def child(self, data: dict[str, Any], *key: str | int) -> Table:
+        """Table within this one, with the path that leads to it; shares the faults."""
+        child = Table(self.file, data, (*self.key, *key), self.positions, self.bases)
         child.faults = self.faults
         self._children.append(child)
         return child

@@ -160,6 +160,8 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
     Raises:
         UnitError: The unit is missing, unknown or of another dimension.
     """
+    if dimension == NONE and (isinstance(value, bool) or not _NUMBER.match(str(value))):
+        raise UnitError(Fault(f"{what} must be a number, found {value!r}."))
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
         raise UnitError(Fault(f"{what} must be a quantity in {dimension}, found {value!r}."))
     if isinstance(value, (int, float)):
@@ -189,14 +191,32 @@ class Bounds:
     """Range of valid values of a parameter, in SI units; NaN is never valid."""
 
     low: float = -math.inf
+    high: float = math.inf
     above: bool = False  # whether `low` itself is excluded
+    below: bool = False  # whether `high` itself is excluded
     infinite: bool = False  # whether infinity is valid
 
     def admit(self, value: float) -> bool:
         """Whether a number lies within the bounds."""
-        return (value > self.low if self.above else value >= self.low) and (self.infinite or not math.isinf(value))
+        inside = (value > self.low if self.above else value >= self.low) and (
+            value < self.high if self.below else value <= self.high
+        )
+        return inside and (self.infinite or not math.isinf(value))
+
+    @property
+    def words(self) -> str:
+        """The bounds in words, such as `between 0 and 60`."""
+        low, high = math.isfinite(self.low), math.isfinite(self.high)
+        if low and high and not (self.above or self.below):
+            return f"between {self.low:g} and {self.high:g}"
+        least = f"{'above' if self.above else 'at least'} {self.low:g}"
+        least = "positive" if self.above and self.low == 0.0 else least
+        most = f"{'below' if self.below else 'at most'} {self.high:g}"
+        return " and ".join([*([least] if low else []), *([most] if high else [])]) or "finite"
 
     def __str__(self) -> str:
+        if math.isfinite(self.high):
+            return self.words
         least = "positive" if self.above else f"{self.low:g} or more"
         words = [*([least] if math.isfinite(self.low) else []), *([] if self.infinite else ["finite"])]
         return " and ".join(words) or "a number"

@@ -36,7 +36,15 @@ from .robot_spec import (
     command_size,
     robot_locomotion,
 )
-from .scenario_file import ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
+from .scenario_file import (
+    ActorSpec,
+    AgentSpec,
+    PlaceSpec,
+    RequirementSpec,
+    ScenarioSpec,
+    SuccessSpec,
+    read_scenario,
+)
 from .scenario_tables import FactSpec, RateSpec, ShareSpec
 
 __all__ = [
@@ -66,6 +74,7 @@ __all__ = [
     "ScenarioSpec",
     "SensorSpec",
     "ShareSpec",
+    "SuccessSpec",
     "classes_in",
     "command_size",
     "content_hash",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from ..declare import place_of
 from .catalog import Catalog
 from .entry import Entry
 from .planner_file import PlannerSpec
@@ -45,7 +46,8 @@ class CachingCatalog(Catalog):
 
     def robot_of(self, agent: AgentSpec) -> RobotSpec:
         return self.cached(
-            ("robot", agent.robot, repr(agent.overlay)), lambda: super(CachingCatalog, self).robot_of(agent)
+            ("robot", agent.robot, place_of(agent.overlay), repr(agent.overlay)),
+            lambda: super(CachingCatalog, self).robot_of(agent),
         )
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:

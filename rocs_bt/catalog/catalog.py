@@ -54,7 +54,7 @@ class Catalog(MissionCatalog):
         Raises:
             InputError: The robot does not exist, or its file or these tables have faults; contains all of them.
         """
-        if agent.overlay is None:
+        if not agent.overlay:
             return self.load_robot(agent.robot)
         file = self.find("robot", agent.robot).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path, agent.overlay)

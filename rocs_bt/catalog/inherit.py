@@ -7,14 +7,14 @@ of the old mission; if it replaces a driver, it does not inherit the keys of the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
 from ..base.toml_table import Table, read_toml
 from ..base.toml_text import Key
+from ..declare import Open
 
 Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
@@ -34,26 +34,13 @@ OVERLAID = ("sensor", "actuator", "locomotion")
 """Tables of a robot that an agent of a scenario may override."""
 
 
-@dataclass(frozen=True)
-class Overlay:
-    """Tables of an agent that override those of its robot, as a robot's file does with those of its `base`."""
-
-    data: Mapping[str, Any]
-    file: Path
-    at: tuple[int, int]
-    positions: Mapping[Key, tuple[int, int]]
-
-    def table(self) -> Table:
-        """The tables as a root table, for one reading."""
-        return Table(self.file, dict(self.data), (), dict(self.positions))
-
-
-def read_overlay(table: Table) -> Overlay | None:
-    """Read the tables of an agent that override those of its robot; None if it has none."""
-    found = {key: table.raw(key, None) for key in OVERLAID}
-    data, depth = {key: value for key, value in found.items() if value is not None}, len(table.key)
+def overlay_table(overlay: Open) -> Table:
+    """The tables of an agent that override those of its robot, as a root table for one reading."""
+    table = overlay.table
+    assert table is not None, "tables that override are those of a file"
+    depth = len(table.key)
     positions = {key[depth:]: at for key, at in table.positions.items() if key[:depth] == table.key}
-    return Overlay(data, table.file, table.position(), positions) if data else None
+    return Table(table.file, dict(overlay), (), positions)
 
 
 def no_base(name: str) -> Path:

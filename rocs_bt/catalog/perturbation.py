@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
-from ..base.toml_table import Table, read_toml
-from ..base.units import convert, parse_quantity
+from ..base.toml_table import read_toml
+from ..base.units import NONE, POSITIVE, Quantity, convert, parse_quantity
+from ..declare import Open, TableName, Valid, Value, Wrong, read_root
 from ..drivers import DRIVER_PARAMETERS
 from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
-
-FORMAT = "perturbations/1"
-DEVICES = ("sensor", "actuator", "device", "body")
-"""Parts of a robot that a perturbation may change; `device` is both sensors and actuators."""
 
 CHANGES = {
     "times": lambda value, strength: value * strength,
@@ -34,8 +30,14 @@ _OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")
 Device = TypeVar("Device", SensorSpec, ActuatorSpec)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Perturbation:
+def _can_be_listed(name: str) -> bool:
+    return not any(mark in name for mark in "~=@ ")
+
+
+_NAME = Valid(_can_be_listed, "a valid name of a perturbation", "Use letters, digits, and '_'.")
+
+
+class Perturbation(Value):
     """Change of a simulated robot of which its agent does not know.
 
     The change applies to body and devices in the world. Everything that the agent derives from robot.toml (locomotion,
@@ -43,38 +45,55 @@ class Perturbation:
 
     Attributes:
         name: Name, such as `delay`.
-        device: Changed part of the robot, one of `DEVICES`.
+        device: Changed part of the robot; `device` is both sensors and actuators.
         keys: Keys that change: of `[[sensor]]` or `[[actuator]]` tables, or `size` or `friction` of the body. Devices
             without the key keep their values.
         change: Kind of change, one of `CHANGES`.
-        strength: Strength of the change, SI units.
-        unit: Unit of the strength; empty for a factor.
+        strength: Strength of the change; without a unit, a factor.
         drivers: Drivers of the devices that change; all if empty.
         harder: Factor from one strength to the next one of a walk outward; below 1 for a key that is worse if low.
         doc: One-sentence description.
     """
 
-    name: str
-    device: str
+    name: Annotated[str, TableName(), _NAME]
+    device: Literal["sensor", "actuator", "device", "body"]
     keys: tuple[str, ...]
-    change: str
-    strength: float
-    unit: str = ""
+    change: Literal["times", "share", "plus", "to"]
+    strength: Annotated[Quantity, POSITIVE]
     drivers: tuple[str, ...] = ()
-    harder: float = 2.0
+    harder: Annotated[float, POSITIVE] = 2.0
     doc: str = ""
 
+    def check(self) -> Iterator[Wrong]:
+        """Faults of keys that the device has not, and of a step that leads nowhere."""
+        if not self.keys:
+            yield Wrong("keys", f"the perturbation '{self.name}' changes no key.", 'Write keys = ["noise"].')
+        for key in self.keys if self.device == "body" else ():
+            if key not in _BODY:
+                yield Wrong("keys", f"'{key}' is not a key of the body.", f"A body has {' and '.join(_BODY)}.")
+        if self.harder == 1.0:
+            yield Wrong("harder", "harder must be a positive factor other than 1, found 1.")
+
     def __str__(self) -> str:
-        return f"{self.name}={self.strength:.6g}"
+        return f"{self.name}={self.strength.value:.6g}"
 
     @property
     def amount(self) -> str:
         """Strength with its unit."""
-        return f"{self.strength:.6g} {self.unit}".rstrip()
+        return f"{self.strength.value:.6g} {self.unit}".rstrip()
+
+    @property
+    def unit(self) -> str:
+        """Unit of the strength; empty for a factor."""
+        return "" if self.strength.dimension == NONE else str(self.strength.dimension)
+
+    def at(self, strength: float) -> Perturbation:
+        """The same perturbation at another strength, SI units."""
+        return self.replaced(strength=replace(self.strength, value=strength))
 
     def next(self) -> Perturbation:
         """The same perturbation at the next strength of a walk outward."""
-        return replace(self, strength=self.strength * self.harder)
+        return self.at(self.strength.value * self.harder)
 
     def of(self, robot: RobotSpec) -> RobotSpec:
         """Copy of a robot with the change.
@@ -96,9 +115,8 @@ class Perturbation:
         if variant.size == robot.variant.size:
             return replace(robot, variant=variant)
         # Motors and encoders are calibrated for the wheels of the variant; `wheel_radius` is a perturbation of its own.
-        wheels = replace(self, device="device", keys=("wheel_radius",), change="times", drivers=())
-        wheels = replace(wheels, strength=variant.size / robot.variant.size)
-        return wheels._devices(replace(robot, variant=variant))
+        wheels = self.replaced(device="device", keys=("wheel_radius",), change="times", drivers=())
+        return wheels.at(variant.size / robot.variant.size)._devices(replace(robot, variant=variant))
 
     def _devices(self, robot: RobotSpec) -> RobotSpec:
         sensors, actuators = robot.sensors, robot.actuators
@@ -130,7 +148,7 @@ class Perturbation:
         """New value; texts, such as parameters of a user's driver, and missing values that are not set stay."""
         if self.change != "to" and (isinstance(value, bool) or not isinstance(value, (int, float))):
             return value
-        return CHANGES[self.change](value, self.strength)
+        return CHANGES[self.change](value, self.strength.value)
 
 
 def _parameter(device: SensorSpec | ActuatorSpec, key: str) -> Any:
@@ -163,54 +181,21 @@ def read_perturbations(file: Path) -> dict[str, Perturbation]:
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
-    root = read_toml(file)
-    root.choice("format", (FORMAT,))
-    root.text("doc", "")
-    found = {name: _read(name, table) for name, table in root.named_tables("perturbation").items()}
-    root.done()
-    return found
+    return dict(read_root(_Perturbations, read_toml(file)).perturbation)
 
 
-def _read(name: str, table: Table) -> Perturbation:
-    device, change = table.choice("device", DEVICES), table.choice("change", CHANGES)
-    keys = tuple(table.texts("keys"))
-    if "keys" in table and not keys:
-        table.fault("keys", f"the perturbation '{name}' changes no key.", 'Write keys = ["noise"].')
-    for key in keys if device == "body" else ():
-        if key not in _BODY:
-            table.fault("keys", f"'{key}' is not a key of the body.", f"A body has {' and '.join(_BODY)}.")
-    if any(mark in name for mark in "~=@ "):
-        table.fault(None, f"'{name}' is not a valid name of a perturbation.", "Use letters, digits, and '_'.")
-    strength, unit = _strength(table)
-    harder = table.raw("harder", 2.0)
-    if isinstance(harder, bool) or not isinstance(harder, (int, float)) or not 0.0 < harder < math.inf or harder == 1:
-        table.fault("harder", f"harder must be a positive factor other than 1, found {harder!r}.")
-        harder = 2.0
-    return Perturbation(
-        name=name,
-        device=device,
-        keys=keys,
-        change=change,
-        strength=strength,
-        unit=unit,
-        drivers=tuple(table.texts("drivers", [])),
-        harder=float(harder),
-        doc=table.text("doc", ""),
-    )
+class _Perturbations(Value):
+    """Content of a file of perturbations.
 
+    Attributes:
+        format: Format of the file.
+        doc: One-sentence description.
+        perturbation: The perturbations, by name.
+    """
 
-def _strength(table: Table) -> tuple[float, str]:
-    """Strength in SI units, and its unit; a number without a unit is a factor."""
-    given = table.raw("strength")
-    try:
-        found = parse_quantity(given if isinstance(given, str) else repr(given))
-    except InputError as error:
-        if "strength" in table:
-            table.adopt("strength", error)
-        return 1.0, ""
-    if not 0.0 < found.value < math.inf:
-        table.fault("strength", f"strength must be positive and finite, found {given!r}.")
-    return found.value, "" if str(found.dimension) in ("", "1") else str(found.dimension)
+    format: Literal["perturbations/1"]
+    doc: str = ""
+    perturbation: Mapping[str, Perturbation] = Open()
 
 
 def parse_perturbation(text: str, known: Mapping[str, Perturbation]) -> Perturbation:
@@ -233,6 +218,6 @@ def _at(of: Perturbation, given: str) -> Perturbation:
     quantity = parse_quantity(given)
     if str(quantity.dimension) not in ("", "1"):
         convert(given, parse_quantity(f"1 {of.unit or '1'}").dimension, what=f"the strength of '{of.name}'")
-    if not 0.0 < quantity.value < math.inf:
+    if not POSITIVE.admit(quantity.value):
         raise InputError(f"the strength of '{of.name}' must be positive and finite, found '{given}'.")
-    return replace(of, strength=quantity.value)
+    return of.at(quantity.value)

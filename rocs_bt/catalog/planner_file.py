@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from ..base.errors import Fault, InputError
+from ..base.errors import InputError
 from ..base.python_content import is_reference
 from ..base.toml_table import Table, read_toml
+from ..declare import Content, InFile, Open, Scope, SetByPrograms, Valid, Value, place_of, positions_of, read
 from ..plan import mission_arguments
+from .marks import Dialect, Latency
 from .perturbation import Perturbation
-from .scenario_file import AgentSpec, ScenarioSpec, dialect_in
-from .values import ParameterTable, latency_of, mission_parameters_in
+from .scenario_file import AgentSpec, Missing, ScenarioSpec
 
-FORMAT = "planner/1"
-Missing = Callable[[str, str], Fault | None]
+_REFERENCE = Valid(is_reference, "a class reference", 'Write python = "file.py:Class"; the file is beside this one.')
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlannerSpec:
+class PlannerSpec(Value):
     """A planner: mission, rules and parameters of an agent; with `robot`, also the robot that they control.
 
     Attributes:
@@ -37,23 +35,32 @@ class PlannerSpec:
             true future of what moves.
         doc: One-sentence description.
         source: Book or paper of the method.
+        format: Format of the file.
+        python: `file.py:Class` in a file, beside which it is, in place of a mission.
         file: Planner file; None for a planner made by a program.
-        parameters_at: Position of the parameters in the file; None for those made by a program.
     """
 
-    name: str
-    mission: str
-    rules: tuple[str, ...] = ()
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    latency: float | None = 0.0
-    nodes: str = ""
-    robot: str = ""
-    perturbations: tuple[Perturbation, ...] = ()
+    name: Annotated[str, SetByPrograms()] = ""
+    format: Annotated[Literal["planner/1"], InFile()] = "planner/1"
+    mission: Annotated[str, Content("mission")] = ""
+    python: Annotated[str, _REFERENCE] = ""
+    rules: Annotated[tuple[str, ...], Content("rules")] = ()
+    parameters: Mapping[str, Any] = Open()
+    latency: Latency = 0.0
+    nodes: Dialect = ""
+    robot: Annotated[str, SetByPrograms()] = ""
+    perturbations: Annotated[tuple[Perturbation, ...], SetByPrograms()] = ()
     oracle: bool = False
     doc: str = ""
     source: str = ""
-    file: Path | None = None
-    parameters_at: ParameterTable | None = None
+    file: Annotated[Path | None, SetByPrograms()] = None
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Note the fault of a planner with no mission or two."""
+        if ("mission" in table) == ("python" in table):
+            message = "a planner needs either 'mission' or 'python'."
+            table.fault(None, message, "Write mission = ... or python = ...")
 
     def drives(self, scenario: ScenarioSpec, agent: str, privileged: Mapping[str, Any] | None = None) -> ScenarioSpec:
         """Copy of a scenario in which this planner controls an agent; name and random samples do not change.
@@ -65,27 +72,25 @@ class PlannerSpec:
         """
         known = (privileged or {}) if self.oracle else None
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
-        return replace(scenario, agents=tuple(agents))
+        return scenario.replaced(agents=tuple(agents))
 
     def on(self, robot: str) -> PlannerSpec:
         """This planner on a robot, named `PLANNER@ROBOT`."""
-        return replace(self, name=f"{self.name}@{robot}", robot=robot)
+        return self.replaced(name=f"{self.name}@{robot}", robot=robot)
 
     def under(self, *perturbations: Perturbation) -> PlannerSpec:
         """This planner with perturbations of its robot, named `PLANNER~NAME=STRENGTH`."""
         name = "~".join((self.name, *map(str, perturbations)))
-        return replace(self, name=name, perturbations=(*self.perturbations, *perturbations))
+        return self.replaced(name=name, perturbations=(*self.perturbations, *perturbations))
 
     def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any] | None) -> AgentSpec:
-        agent = replace(agent, robot=self.robot or agent.robot, perturbations=self.perturbations)
+        agent = agent.replaced(robot=self.robot or agent.robot, perturbations=self.perturbations)
         if not self.mission:
             return agent
-        return replace(
-            agent,
+        return agent.replaced(
             mission=self.mission,
             rules=self.rules,
-            parameters=dict(self.parameters),
-            parameters_at=self.parameters_at,
+            parameters=self.parameters,
             latency=self.latency,
             nodes=self.nodes,
             privileged=privileged,
@@ -104,26 +109,13 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
         InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_toml(file)
-    root.choice("format", (FORMAT,))
-    doc, source = root.text("doc", ""), root.text("source", "")
-    rules = tuple(root.texts("rules", []))
-    for name in rules:
-        if fault := missing("rules", name):
-            root.fault("rules", fault.message, fault.hint)
-    parameters, parameters_at = mission_parameters_in(root)
-    spec = PlannerSpec(
-        name=file.stem,
-        mission=_mission(root, missing),
-        rules=rules,
-        parameters=parameters,
-        parameters_at=parameters_at,
-        latency=latency_of(root),
-        nodes=dialect_in(root),
-        oracle=root.flag("oracle", False),
-        doc=doc,
-        source=source,
-        file=file,
-    )
+    spec = read(PlannerSpec, root, Scope(missing=missing)).replaced(name=file.stem, file=file)
+    if is_reference(spec.python):
+        # A catalog searches relative names in `planners` only.
+        name = spec.python if file.parent.name == "planners" else str(file.parent / spec.python)
+        if fault := missing("mission", name):
+            root.fault("python", fault.message, fault.hint)
+        spec = spec.replaced(mission=name, python="")
     root.done()
     return spec
 
@@ -134,29 +126,8 @@ def mission_values(build: Callable[..., Any], controller: AgentSpec | PlannerSpe
     Raises:
         InputError: The mission does not take them; each fault has the position of its parameter.
     """
-    if (at := controller.parameters_at) is None:
-        return mission_arguments(build, controller.parameters)
+    at, line, column = place_of(controller.parameters)
     try:
-        return mission_arguments(build, controller.parameters, at.file, at.positions)
+        return mission_arguments(build, controller.parameters, at, positions_of(controller.parameters))
     except InputError as error:
-        raise error.at(*at.of("")) from error
-
-
-def _mission(root: Table, missing: Missing) -> str:
-    """Name of the mission, or `file.py:Class` of the key `python`."""
-    root.text("mission", ""), root.text("python", "")  # marks both keys as known
-    if ("mission" in root) == ("python" in root):
-        root.fault(None, "a planner needs either 'mission' or 'python'.", "Write mission = ... or python = ...")
-        return ""
-    key = "mission" if "mission" in root else "python"
-    name = root.text(key)
-    if key == "python" and not is_reference(name):
-        root.fault(
-            key, f"'{name}' is not a class reference.", 'Write python = "file.py:Class"; the file is beside this one.'
-        )
-        return name
-    if key == "python" and root.file.parent.name != "planners":
-        name = str(root.file.parent / name)  # a catalog searches relative names in `planners` only
-    if fault := missing("mission", name):
-        root.fault(key, fault.message, fault.hint)
-    return name
+        raise error.at(at, line, column) from error

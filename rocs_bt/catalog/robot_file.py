@@ -17,10 +17,11 @@ from ..base.toml_table import Table
 from ..base.units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
+from ..declare import Open, place_of
 from ..drivers import ROS2
 from ..interfaces.safety import Landing, Limits
 from ..monitor import MONITORS
-from .inherit import FindBase, Overlay, no_base, overlaid, read_with_base
+from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -35,7 +36,7 @@ from .values import driver_parameters, locomotion_parameters, raw_parameters, re
 FORMAT = "robot/3"
 
 
-def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | None = None) -> RobotSpec:
+def load_robot(file: Path, find_base: FindBase = no_base, overlay: Open | None = None) -> RobotSpec:
     """Read a robot.toml.
 
     Args:
@@ -47,8 +48,8 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | Non
         InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_with_base(file, find_base)
-    if overlay is not None:
-        root = overlaid(overlay.table(), root, overlay.at)
+    if overlay:
+        root = overlaid(overlay_table(overlay), root, place_of(overlay)[1:])
         root.raw("base", None)  # read already
     root.choice("format", (FORMAT,))
     doc = root.text("doc", "")

@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from ..base.dialect import DIALECTS
-from ..base.errors import Fault, did_you_mean
-from ..base.geometry import Pose2, wrap_angle
-from ..base.parameter import Positions
+from ..base.errors import Fault
+from ..base.geometry import Pose2
 from ..base.toml_table import Table
-from ..base.units import ANGLE, LENGTH, TIME
-from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
-from .inherit import Overlay, read_overlay
+from ..base.units import LENGTH, TIME, Bounds
+from ..declare import (
+    Content,
+    InFile,
+    Key,
+    Keys,
+    Names,
+    Open,
+    Rest,
+    Scope,
+    SetByPrograms,
+    Value,
+    names_of,
+    note_twice,
+    read_root,
+    rows_in,
+)
+from .ground_tables import GroundSpec, PushSpec
+from .inherit import OVERLAID
+from .marks import At, Coordinate, Dialect, Identifier, Jitter, Latency, Name, PlaceKeys, Pose
 from .perturbation import Perturbation
-from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
-from .values import ParameterTable, latency_of, mission_parameters_in, raw_parameters, read_name
+from .scenario_tables import AGENTS, FactSpec, RateSpec, ShareSpec
 
-FORMAT = "scenario/2"
+_TOLERANCE = Annotated[float, LENGTH, Bounds(1e-4)]
+_GOAL = Names("goal", "no goal")
+_DEADLINE = Annotated[float, TIME, Bounds(0.0, infinite=True)]
 
 
-@dataclass(frozen=True)
-class PlaceSpec:
+class PlaceSpec(Value):
     """One `[[place]]` table: a node in the agents' initial Knowledge.
 
     Attributes:
@@ -33,76 +46,82 @@ class PlaceSpec:
         pose: Pose, world frame; yaw is NaN if any heading is accepted.
         tolerance: Distance within which the place counts as reached [m].
         agents: Names of the agents that know the place.
-        attributes: Further attributes of an object's node, unconverted; the agents' schema types them.
-        line: Line of the table in the file.
         z: Height of the pose, world frame [m]; None on the floor.
         height_tolerance: Height difference within which the place counts as reached [m]; None if `tolerance` is that
             of the distance in space.
-        positions: Line and column of each attribute in the file.
+        attributes: Further attributes of an object's node, unconverted; the agents' schema types them.
     """
 
-    name: str
-    kind: str
-    pose: Pose2
-    tolerance: float
-    agents: tuple[str, ...]
-    attributes: Mapping[str, Any] = field(default_factory=dict)
-    line: int = 0
-    z: float | None = None
-    height_tolerance: float | None = None
-    positions: Positions = field(default_factory=dict)
+    name: Name
+    kind: Literal["goal", "place", "object"] = "goal"
+    pose: Annotated[Pose2, Keys(PlaceKeys, here=True)]
+    tolerance: _TOLERANCE = 0.1
+    agents: Annotated[tuple[str, ...], AGENTS] = ()
+    z: Coordinate | None = None
+    height_tolerance: _TOLERANCE | None = None
+    attributes: Annotated[Mapping[str, Any], Rest(field="kind", value="object")] = Open()
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Note the fault of a tolerance without a height."""
+        if "height_tolerance" in table and "z" not in table:
+            table.fault("height_tolerance", "a place without z has no height.", "Add z, or remove height_tolerance.")
 
 
-@dataclass(frozen=True)
-class AgentSpec:
+class SuccessSpec(Value):
+    """Table `success` of an agent: what the ground truth must show besides the mission's result.
+
+    Attributes:
+        goal: Goal that the ground-truth pose must reach; None if the mission's result suffices.
+        at: `end` if the robot must be at the goal when the run ends, whatever the mission returns, for missions that
+            never end; else `once`.
+        after: Goals that the robot must have reached before, each with its deadline [s].
+        shortest_path: Length of the shortest path to the goal [m]; None if unknown.
+    """
+
+    goal: Annotated[str, _GOAL, InFile()] | None = None
+    at: Literal["once", "end"] = "once"
+    after: Annotated[Mapping[str, _DEADLINE], _GOAL] = Open()
+    shortest_path: Annotated[float, LENGTH, Bounds(1e-3)] | None = None
+
+
+class AgentSpec(Value):
     """One `[[agent]]` table: a robot with its mission and rules.
 
     Attributes:
         name: Agent's name, and prefix of its body in the world.
         robot: Robot's name.
         mission: Mission's name.
-        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
         rules: Names of the rule files.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
-        success: Goal that the ground-truth pose must reach for `success`; None if the mission's result suffices.
-        at_end: Whether the robot must be at the goal when the run ends, whatever the mission returns; for missions
-            that never end.
-        after: Goals that the robot must have reached before `success`, each with its deadline [s].
-        shortest_path: Length of the shortest path to the goal [m]; None if unknown.
+        success: What the ground truth must show for `success`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
-        line: Line of the table in the file.
-        parameters_at: Position of the parameters in their file; None for those made by a program.
-        overlay: Tables that override those of the robot.
+        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
+        overlay: Tables that override those of the robot, as a robot's file does with those of its `base`.
         privileged: Ground-truth information of an oracle planner (`Mission.privileged`), which then also knows the
             future of what moves; None for all others. Set by programs and never by a file.
         perturbations: Changes of the simulated robot of which the agent does not know, set by programs and never by a
             file.
     """
 
-    name: str
-    robot: str
-    mission: str
-    rules: tuple[str, ...]
-    pose: Pose2
-    jitter: Pose2
-    success: str | None = None
-    at_end: bool = False
-    after: Mapping[str, float] = field(default_factory=dict)
-    shortest_path: float | None = None
-    latency: float | None = 0.0
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    line: int = 0
-    parameters_at: ParameterTable | None = None
-    nodes: str = ""
-    overlay: Overlay | None = None
-    privileged: Mapping[str, Any] | None = None
-    perturbations: tuple[Perturbation, ...] = ()
+    name: Annotated[Name, Identifier]
+    robot: Annotated[str, Content("robot")]
+    mission: Annotated[str, Content("mission")]
+    rules: Annotated[tuple[str, ...], Content("rules")] = ()
+    pose: Pose
+    jitter: Jitter = Pose2(0.0, 0.0)
+    success: SuccessSpec = SuccessSpec()
+    latency: Latency = 0.0
+    parameters: Mapping[str, Any] = Open()
+    nodes: Dialect = ""
+    overlay: Annotated[Open, Rest(OVERLAID)] = Open()
+    privileged: Annotated[Mapping[str, Any] | None, SetByPrograms()] = None
+    perturbations: Annotated[tuple[Perturbation, ...], SetByPrograms()] = ()
 
 
-@dataclass(frozen=True)
-class ActorSpec:
+class ActorSpec(Value):
     """One `[[actor]]` table: a robot or an object of the world that follows a script.
 
     Attributes:
@@ -111,83 +130,103 @@ class ActorSpec:
         script: Name of the script that moves the robot or object.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
-        parameters: Script parameters, unconverted.
-        line: Line of the table in the file.
         one_of: Group of objects of which the seed selects one, the only one that follows its script; empty for none.
-        positions: Line and column of each script parameter in the file.
+        parameters: Script parameters, unconverted.
     """
 
-    name: str
-    robot: str
+    name: Annotated[Name, Identifier]
+    robot: Annotated[str, Content("robot")] = ""
     script: str
-    pose: Pose2
-    jitter: Pose2
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    line: int = 0
+    pose: Pose
+    jitter: Jitter = Pose2(0.0, 0.0)
     one_of: str = ""
-    positions: Positions = field(default_factory=dict)
+    parameters: Annotated[Mapping[str, Any], Rest()] = Open()
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Note the fault of a robot that the seed would select."""
+        if "robot" in table and "one_of" in table:
+            table.fault("one_of", "one_of is for objects of the world, and this actor is a robot.", "Remove it.")
 
 
-@dataclass(frozen=True)
-class RequirementSpec:
+class RequirementSpec(Value):
     """One `[[requirement]]` table: a condition on the whole run, reported in the summary; it does not affect outcomes.
 
     Attributes:
         name: Requirement's name.
         require: Condition in the rule language, such as `always min_clearance > 0.05 m`.
-        agents: Names of the agents for which the requirement is checked.
+        agent: Name of the agent for which the requirement is checked; empty for every agent.
         doc: One-sentence description.
-        line: Line of the table in the file.
-        position: Line and column of the condition.
     """
 
-    name: str
+    name: Name
     require: str
-    agents: tuple[str, ...]
+    agent: Annotated[str, Names("agent", "no agent")] = ""
     doc: str = ""
-    line: int = 0
-    position: tuple[int, int] = (0, 0)
+
+    def applies_to(self, agent: str) -> bool:
+        """Whether the requirement is checked for an agent."""
+        return self.agent in ("", agent)
 
 
-@dataclass(frozen=True)
-class ScenarioSpec:
+class ScenarioSpec(Value):
     """Content of a scenario file.
 
     Attributes:
         name: File stem.
         file: Scenario file.
+        bases: Scenario files that this one is based on, nearest first.
+        format: Format of the file.
         doc: One-sentence description.
         world: World's name.
         duration: Time limit of the episode [s].
         end_on_collision: Whether a collision ends the episode.
+        nodes: Dialect of the missions of agents that name none.
         rate: Rates of physics, control, plan and sensors.
         places: Places in the agents' initial Knowledge.
         facts: Further facts, initial or received during the run.
         agents: Robots with a mission.
         actors: Scripted robots and objects.
         requirements: Conditions on the whole run.
-        bases: Scenario files that this one is based on, nearest first.
         share: Sharing of knowledge between agents; None for none.
         grounds: Parts of the floor that are not level.
         pushes: Scheduled pushes of robots.
     """
 
-    name: str
-    file: Path
-    doc: str
-    world: str
-    duration: float
-    end_on_collision: bool
-    rate: RateSpec
-    places: tuple[PlaceSpec, ...]
-    agents: tuple[AgentSpec, ...]
-    actors: tuple[ActorSpec, ...]
-    requirements: tuple[RequirementSpec, ...] = ()
-    facts: tuple[FactSpec, ...] = ()
-    bases: tuple[Path, ...] = ()
+    name: Annotated[str, SetByPrograms()] = ""
+    file: Annotated[Path, SetByPrograms()] = Path()
+    bases: Annotated[tuple[Path, ...], SetByPrograms()] = ()
+    format: Annotated[Literal["scenario/2"], InFile()] = "scenario/2"
+    doc: str = ""
+    world: Annotated[str, Content("world")]
+    duration: At = 60.0
+    end_on_collision: bool = False
+    nodes: Dialect = ""
+    rate: RateSpec = RateSpec()
+    places: Annotated[tuple[PlaceSpec, ...], Key("place")] = ()
+    agents: Annotated[tuple[AgentSpec, ...], Key("agent")] = ()
+    actors: Annotated[tuple[ActorSpec, ...], Key("actor")] = ()
+    requirements: Annotated[tuple[RequirementSpec, ...], Key("requirement")] = ()
+    facts: Annotated[tuple[FactSpec, ...], Key("fact")] = ()
     share: ShareSpec | None = None
-    grounds: tuple[GroundSpec, ...] = ()
-    pushes: tuple[PushSpec, ...] = ()
+    grounds: Annotated[tuple[GroundSpec, ...], Key("ground")] = ()
+    pushes: Annotated[tuple[PushSpec, ...], Key("push")] = ()
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Add the names of agents, goals and robots; note names that two tables have, and a lack of agents."""
+        agents, actors, places = (rows_in(table, key) for key in ("agent", "actor", "place"))
+        scope.names |= {
+            "agent": names_of(agents),
+            "goal": names_of(place for place in places if place.get("kind", "goal") == "goal"),
+            "robot": names_of([*agents, *(actor for actor in actors if "robot" in actor)]),
+        }
+        shared = "Agents, actors and places share their names: give each its own."
+        note_twice(table, ("agent", "actor", "place"), "table", shared)
+        note_twice(table, ("requirement",), "table", "Give each requirement its own.")
+        note_twice(table, ("ground",), "ground", "Give each ground its own.")
+        if not agents:
+            table.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
 
     @property
     def tags(self) -> dict[str, int]:
@@ -205,7 +244,6 @@ class ScenarioSpec:
         return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.actors if m.robot)]))
 
 
-# Returns the fault of content that cannot be used, by kind and name; None if it can.
 Missing = Callable[[str, str], Fault | None]
 
 
@@ -221,183 +259,6 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None, *, mi
     Raises:
         InputError: The document has faults; contains all of them, each with its line.
     """
-    root.choice("format", (FORMAT,))
-    agent_tables, actor_tables, place_tables = (root.tables(key) for key in ("agent", "actor", "place"))
-    _unique([*agent_tables, *actor_tables, *place_tables])
-    nodes = dialect_in(root)
-    agents = tuple(replace(_agent(t, missing, missions), nodes=dialect_in(t, nodes)) for t in agent_tables)
-    names = tuple(a.name for a in agents)
-    if not agents:
-        root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
-    places = tuple(_place(t, names) for t in place_tables)
-    goals = [p.name for p in places if p.kind == "goal"]
-    for table, agent in zip(agent_tables, agents, strict=True):
-        for name in (agent.success, *agent.after):
-            if name is not None and name not in goals:
-                table.fault("success", f"no goal is named '{name}'.", did_you_mean(name, goals, "The scenario"))
-    actors = tuple(_actor(t, missing) for t in actor_tables)
-    scenario = ScenarioSpec(
-        name=root.file.stem,
-        file=root.file,
-        doc=root.text("doc", ""),
-        world=_content(root, "world", missing),
-        duration=root.quantity("duration", TIME, 60.0, low=0.0, high=86400.0),
-        end_on_collision=root.flag("end_on_collision", False),
-        rate=read_rate(root.table("rate")),
-        places=places,
-        agents=agents,
-        actors=actors,
-        requirements=_requirements(root, names),
-        facts=read_facts(root, names),
-        bases=root.bases,
-        share=read_share(root, names),
-        grounds=read_grounds(root),
-        pushes=read_pushes(root, [*names, *(actor.name for actor in actors if actor.robot)]),
-    )
-    root.done()
-    return scenario
-
-
-def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
-    known = ("name", "kind", "x", "y", "z", "yaw", "tolerance", "height_tolerance", "agents")
-    kind = table.choice("kind", ("goal", "place", "object"), "goal")
-    receivers = tuple(table.texts("agents", list(agents)))
-    for name in receivers:
-        if name not in agents:
-            table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
-    if "height_tolerance" in table and "z" not in table:
-        table.fault("height_tolerance", "a place without z has no height.", "Add z, or remove height_tolerance.")
-    # Only objects have further attributes; an unknown key of a goal or a place is an error.
-    attributes, positions = raw_parameters(table, known) if kind == "object" else ({}, {})
-    return PlaceSpec(
-        name=read_name(table),
-        kind=kind,
-        pose=_pose(table, yaw=math.nan),
-        tolerance=table.quantity("tolerance", LENGTH, 0.1, low=1e-4),
-        agents=receivers,
-        attributes=attributes,
-        line=table.position()[0],
-        z=table.quantity("z", LENGTH, low=-1e4, high=1e4) if "z" in table else None,
-        height_tolerance=table.quantity("height_tolerance", LENGTH, low=1e-4) if "height_tolerance" in table else None,
-        positions=positions,
-    )
-
-
-def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
-    success = table.table("success")
-    goal = success.text("goal") if "success" in table else None
-    parameters, parameters_at = mission_parameters_in(table)
-    return AgentSpec(
-        name=_name(table),
-        robot=_content(table, "robot", missing),
-        mission=_content(table, "mission", missing) if missions or "mission" in table else "",
-        rules=_rules(table, missing),
-        pose=_pose(table),
-        jitter=_jitter(table),
-        success=goal if "goal" in success else None,
-        at_end=success.choice("at", ("once", "end"), "once") == "end",
-        after=_after(success.table("after")),
-        shortest_path=success.quantity("shortest_path", LENGTH, low=1e-3) if "shortest_path" in success else None,
-        latency=latency_of(table),
-        parameters=parameters,
-        line=table.position()[0],
-        parameters_at=parameters_at,
-        overlay=read_overlay(table),
-    )
-
-
-def dialect_in(table: Table, default: str = "") -> str:
-    """Dialect of XML missions: the key `nodes` of a table, or the default; empty if it is to be recognised."""
-    return table.choice("nodes", DIALECTS, default)
-
-
-def _after(table: Table) -> dict[str, float]:
-    """Read the goals that must be reached before the success goal, each with its deadline [s]."""
-    names = table.keys()
-    return {name: table.quantity(name, TIME, low=0.0, high=math.inf) for name in names}
-
-
-def _actor(table: Table, missing: Missing) -> ActorSpec:
-    known = ("name", "robot", "script", "x", "y", "yaw", "jitter", "one_of")
-    if "robot" in table and "one_of" in table:
-        table.fault("one_of", "one_of is for objects of the world, and this actor is a robot.", "Remove it.")
-    parameters, positions = raw_parameters(table, known)
-    return ActorSpec(
-        name=_name(table),
-        robot=_content(table, "robot", missing) if "robot" in table else "",
-        script=table.text("script"),
-        pose=_pose(table),
-        jitter=_jitter(table),
-        parameters=parameters,
-        line=table.position()[0],
-        one_of=table.text("one_of", ""),
-        positions=positions,
-    )
-
-
-def _requirements(root: Table, agents: Sequence[str]) -> tuple[RequirementSpec, ...]:
-    tables = root.tables("requirement")
-    _unique(tables, "Give each requirement its own.")
-    return tuple(_requirement(table, agents) for table in tables)
-
-
-def _requirement(table: Table, agents: Sequence[str]) -> RequirementSpec:
-    agent = table.text("agent") if "agent" in table else None
-    if agent is not None and agent not in agents:
-        table.fault("agent", f"no agent is named '{agent}'.", did_you_mean(agent, agents, "The scenario"))
-    return RequirementSpec(
-        name=read_name(table),
-        require=table.text("require"),
-        agents=tuple(agents) if agent is None else (agent,),
-        doc=table.text("doc", ""),
-        line=table.position()[0],
-        position=table.position("require"),
-    )
-
-
-def _name(table: Table) -> str:
-    name = read_name(table)
-    if name and not name.isidentifier():
-        table.fault(
-            "name", f"'{name}' is not a valid body name.", "Use letters, digits and '_', beginning with a letter."
-        )
-    return name
-
-
-def _content(table: Table, kind: str, missing: Missing) -> str:
-    name = table.text(kind)
-    if name and (fault := missing(kind, name)):
-        table.fault(kind, fault.message, fault.hint)
-    return name
-
-
-def _rules(table: Table, missing: Missing) -> tuple[str, ...]:
-    names = tuple(table.texts("rules", []))
-    for name in names:
-        if fault := missing("rules", name):
-            table.fault("rules", fault.message, fault.hint)
-    return names
-
-
-def _pose(table: Table, yaw: float = 0.0) -> Pose2:
-    x, y = (table.quantity(key, LENGTH, low=-1e4, high=1e4) for key in ("x", "y"))
-    yaw = table.quantity("yaw", ANGLE, yaw, low=-1e4, high=1e4)
-    return Pose2(x, y, yaw if math.isinf(yaw) else wrap_angle(yaw))
-
-
-def _jitter(table: Table) -> Pose2:
-    inner = table.table("jitter")
-    x, y = (inner.quantity(key, LENGTH, 0.0, low=0.0, high=1e4) for key in ("x", "y"))
-    return Pose2(x, y, inner.quantity("yaw", ANGLE, 0.0, low=0.0, high=math.pi))
-
-
-def _unique(
-    tables: Sequence[Table], hint: str = "Agents, actors and places share their names: give each its own."
-) -> None:
-    """Note a fault at each table with the name of an earlier one."""
-    seen: set[str] = set()
-    for table in tables:
-        name = table.raw("name", "")
-        if name and str(name) in seen:
-            table.fault("name", f"another table has the name '{name}'.", hint)
-        seen.add(str(name))
+    found = read_root(ScenarioSpec, root, Scope(missing=missing, optional=() if missions else ("mission",)))
+    agents = tuple(agent.replaced(nodes=agent.nodes or found.nodes) for agent in found.agents)
+    return found.replaced(name=root.file.stem, file=root.file, bases=root.bases, agents=agents)

@@ -6,19 +6,17 @@ import dataclasses
 import math
 import re
 import typing
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from ..base.errors import InputError, did_you_mean
 from ..base.parameter import Parameter, Positions, field_parameters
 from ..base.python_content import is_reference
 from ..base.toml_table import Table
-from ..base.toml_text import Key
 from ..base.units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
+from ..declare import Open, positions_of
 from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, read_parameters
 from ..knowledge.declaration import is_name
 from .inherit import DEVICE_KEYS
@@ -46,53 +44,13 @@ def read_name(table: Table) -> str:
     return name
 
 
-MEASURED = "measured"
-"""Value of `latency` for a planner with actions that are delayed by its measured planning time."""
-
-
-def latency_of(table: Table) -> float | None:
-    """Read a planner's `latency` [s], 0 by default; None for `"measured"`."""
-    if table.raw("latency", None) == MEASURED:
-        return None
-    return table.quantity("latency", TIME, 0.0, low=0.0, high=60.0)
-
-
 def raw_parameters(table: Table, known: Collection[str]) -> tuple[dict[str, Any], Positions]:
     """Read all keys of a table except the known ones, unconverted: the class that they configure declares their units.
 
     Returns values and their positions by key, also those in sub-tables.
     """
     found = {key: table.raw(key) for key in table.keys() if key not in known}  # noqa: SIM118 - a Table is no mapping
-    return found, dict(_positions(table, found, ()))
-
-
-@dataclass(frozen=True)
-class ParameterTable:
-    """Position of a `parameters` table of a mission, and of the values in it."""
-
-    file: Path
-    line: int  # of the table around it if there is none
-    column: int
-    positions: Positions
-
-    def of(self, name: str) -> tuple[Path, int, int]:
-        """File, line and column of a value; of the table for an unknown name."""
-        return self.file, *self.positions.get(name, (self.line, self.column))
-
-
-def mission_parameters_in(table: Table) -> tuple[dict[str, Any], ParameterTable]:
-    """Read the table `parameters` of an agent or a planner, unconverted."""
-    parameters = table.table("parameters")
-    found, positions = raw_parameters(parameters, ())
-    return found, ParameterTable(table.file, *parameters.position(), positions)
-
-
-def _positions(table: Table, values: Mapping[str, Any], above: Key) -> Iterator[tuple[str, tuple[int, int]]]:
-    for key, value in values.items():
-        path = (*above, key)
-        yield ".".join(map(str, path)), table.position_of((*table.key, *path))
-        if isinstance(value, dict):
-            yield from _positions(table, value, path)
+    return found, positions_of(Open.of(table, found))
 
 
 def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:

@@ -90,7 +90,7 @@ def _in_use(
 
 def _of_agent(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
     found = list[Fault]()
-    alone = replace(scenario, agents=(replace(agent, rules=()),))
+    alone = scenario.replaced(agents=(agent.replaced(rules=()),))
     if not worldless_agents(alone, catalog, seed=1, faults=found):
         message = f"not judged in the scenario '{scenario.name}': '{agent.name}' cannot be built without its mission."
         yield Fault(message, hint="Check the scenario.", warning=True, note=True)

@@ -87,8 +87,8 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
     """Warnings about pushes that do not happen, or may not happen, because the run ends before them."""
     end = scenario.duration
     for push in scenario.pushes:
-        if push.at >= end or push.until > end:
-            when = f"at {push.at:g} s" if push.at >= end else f"from {push.at:g} s to {push.until:g} s"
+        if push.at >= end or push.latest > end:
+            when = f"at {push.at:g} s" if push.at >= end else f"from {push.at:g} s to {push.latest:g} s"
             what = "does not happen" if push.at >= end else "may not happen"
             message = f"the push of {push.robot} {when} {what}: the run ends at {end:g} s."
             hint = "Push earlier, or increase the scenario's duration."

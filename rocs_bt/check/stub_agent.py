@@ -6,7 +6,6 @@ Rules and missions that no scenario uses are checked against the signals, places
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from ..agent import Agent, Controller, Rates, Runtime, build_agent
@@ -31,6 +30,6 @@ def stub_agent(
     """
     rate = RateSpec()
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
-    devices = worldless_devices(robot, replace(rate, sensors=rate.control), clock)
+    devices = worldless_devices(robot, rate.replaced(sensors=rate.control), clock)
     runtime, controller = Runtime(clock, NullSink()), controller or Controller(build=Plan.idle)
     return build_agent("R1", devices, controller, rates, runtime, load_class=load_class, faults=faults)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from ..base.errors import Fault, InputError
 from ..catalog import Catalog, PlannerSpec
@@ -23,7 +22,7 @@ def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], 
         InputError: There are errors; contains all of them.
     """
     checked = {
-        (p.name.partition("~")[0] if p.perturbations else p.name): replace(p, perturbations=()) for p in planners
+        (p.name.partition("~")[0] if p.perturbations else p.name): p.replaced(perturbations=()) for p in planners
     }
     runner, first = EpisodeRunner(catalog.project, code=catalog.code), dict[object, SceneRef]()
     for scene in scenes:

@@ -77,8 +77,8 @@ class Walk:
             "planner": self.planner,
             "perturbation": self.perturbation.name,
             "unit": self.perturbation.unit,
-            "shares": [[each.strength, share] for each, share in self.shares],
-            "breaks": None if self.breaks is None else self.breaks.strength,
+            "shares": [[each.strength.value, share] for each, share in self.shares],
+            "breaks": None if self.breaks is None else self.breaks.strength.value,
             "reason": self.reason,
         }
 

@@ -9,7 +9,7 @@ import json
 import platform
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -63,7 +63,7 @@ class Keys:
         python = [file for entry in content if entry.path.suffix == ".py" for file in entry.files()]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
-        more = [each for each in (planner.nodes, [asdict(each) for each in planner.perturbations]) if each]
+        more = [each for each in (planner.nodes, [each.values() for each in planner.perturbations]) if each]
         return _digest([*own, *more, content_hash(content), versions])
 
     def _scene(self, scene: SceneRef) -> str:

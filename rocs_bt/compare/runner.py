@@ -10,7 +10,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -103,8 +103,8 @@ class EpisodeRunner:
         scenario, agent = prepared.with_planner(planner), prepared.agent
         latency = agent_of(scenario, agent).latency
         if episode.require:
-            extra = RequirementSpec(episode.require, episode.require, (agent,))
-            scenario = replace(scenario, requirements=(*scenario.requirements, extra))
+            extra = RequirementSpec(name=episode.require, require=episode.require, agent=agent)
+            scenario = scenario.replaced(requirements=(*scenario.requirements, extra))
         sink = MetricSink(agent)
         options = RunOptions(seed=episode.seed, report=False, prepare=sink.prepare, sinks=[sink])
         summary = Run(scenario, prepared.catalog, options).conduct().summary
@@ -168,9 +168,9 @@ def agent_of(scenario: ScenarioSpec, name: str) -> AgentSpec:
 
 def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
     """Shortest path length from start to goal [m]: as declared, else of the straight line; 0 without a goal."""
-    if agent.shortest_path is not None:
-        return agent.shortest_path
-    goals = [place.pose for place in scenario.places if place.name == agent.success]
+    if (known := agent.success.shortest_path) is not None:
+        return known
+    goals = [place.pose for place in scenario.places if place.name == agent.success.goal]
     return agent.pose.distance(goals[0]) if goals else 0.0
 
 

@@ -10,6 +10,7 @@ from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, collected, located_at
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
+from ..declare import Open, place_of
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
@@ -29,7 +30,7 @@ def load_controller(
         InputError: An unknown name, or parameters that the mission does not take.
     """
     mission = build or catalog.load_mission(agent.mission, agent.nodes)
-    parameters = mission_values(mission, agent if build is None else replace(agent, parameters={}))
+    parameters = mission_values(mission, agent if build is None else agent.replaced(parameters=Open()))
     return Controller(
         build=mission,
         mission=agent.mission if build is None else getattr(build, "__module__", "mission"),
@@ -90,7 +91,8 @@ def build_agents(
             )
             agents.append(built)
             if faults is not None and found:
-                at = (scenario.file, agent.line) if agent.parameters_at is None else agent.parameters_at.of("")
+                at = place_of(agent.parameters)
+                at = (scenario.file, agent.line, 0) if at[0] is None else at
                 faults += (fault.at(*at) for fault in found)
     return agents
 
@@ -109,10 +111,9 @@ def _checked_controller(
     except InputError as error:
         faults += error.at(scenario.file, agent.line).faults
         return load_controller(scenario, agent, catalog, Plan.idle)
-    position = agent.parameters_at.of if agent.parameters_at is not None else lambda name: (None, 0, 0)
     options = CheckOptions(
         robot=f"{catalog.robot_of(agent).name} ({agent.name} in {scenario.name})",
-        passed={value: position(name) for name, value in controller.parameters.items() if isinstance(value, str)},
+        passed={v: place_of(agent.parameters, name) for name, v in controller.parameters.items() if isinstance(v, str)},
         later=_later(scenario, agent, catalog),
     )
     return replace(controller, check_options=options)
@@ -177,6 +178,6 @@ def worldless_agents(
             if robot.code and not catalog.code and faults is not None:
                 continue
             devices[agent.name] = worldless_devices(robot, scenario.rate, clock, sink, agent.name, recorded)
-    scenario = replace(scenario, agents=tuple(agent for agent in scenario.agents if agent.name in devices))
+    scenario = scenario.replaced(agents=tuple(agent for agent in scenario.agents if agent.name in devices))
     runtime = Runtime(clock, sink)
     return build_agents(scenario, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)

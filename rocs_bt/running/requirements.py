@@ -195,7 +195,8 @@ def requirements_of(scenario: ScenarioSpec) -> tuple[RequirementInfo, ...]:
     return tuple(
         RequirementInfo(name=r.name, agent=agent, text=r.require, doc=r.doc)
         for r in scenario.requirements
-        for agent in r.agents
+        for agent in (agent.name for agent in scenario.agents)
+        if r.applies_to(agent)
     )
 
 
@@ -233,12 +234,12 @@ def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environm
     """
     faults: list[Fault] = []
     for spec in scenario.requirements:
-        if agent not in spec.agents:
+        if not spec.applies_to(agent):
             continue
         try:
             parse_requirement(spec.require, environment)
         except InputError as error:
-            line, column = spec.position
+            _, line, column = spec.place("require")
             start = _column(scenario.file, line, column, spec.require)
             for fault in error.faults:
                 at = start + max(fault.column, 1) - 1 if start else column

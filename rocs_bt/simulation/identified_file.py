@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
 from ..base.files import is_file
 from ..base.toml_table import Table, read_toml
 from ..base.toml_text import as_toml
-from ..base.units import ANGLE, LENGTH, TIME, Dimension
+from ..base.units import (
+    ACCELERATION,
+    ANGLE,
+    ANGULAR_ACCELERATION,
+    LENGTH,
+    SPEED,
+    TIME,
+    TURN_RATE,
+    Bounds,
+    Dimension,
+)
 from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
 from ..control.locomotion import AXES
+from ..declare import InFile, Scope, SetByPrograms, Value, read_root
 
 FORMAT = "identified/1"
 
+_LEAST = Bounds(0.0)
+_BRAKING = Bounds(1e-6)
 
-@dataclass(frozen=True)
-class AxisFigures:
+
+class AxisFigures(Value):
     """Measured motion along one axis of a body twist.
 
     Attributes:
@@ -33,15 +45,29 @@ class AxisFigures:
             the longest measured distance, scaled to `max_speed`.
     """
 
-    max_speed: float
-    lag: float
-    latency: float | None
-    deceleration: float | None
-    stop_distance: float
+    max_speed: Annotated[float, SPEED, _LEAST]
+    lag: Annotated[float, TIME]
+    latency: Annotated[float, TIME, _LEAST] | None = None
+    deceleration: Annotated[float, ACCELERATION, _BRAKING] | None = None
+    stop_distance: Annotated[float, LENGTH, _LEAST]
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Note the fault of a braking model with one of its two numbers."""
+        if ("latency" in table) != ("deceleration" in table):
+            lack = "deceleration" if "latency" in table else "latency"
+            table.fault(None, f"{table.label} has no '{lack}'.", f"Add a line '{lack} = ...'.")
 
 
-@dataclass(frozen=True)
-class WheelFigures:
+class TurnFigures(AxisFigures):
+    """Measured motion about the vertical; attributes as those of other axes, with angles."""
+
+    max_speed: Annotated[float, TURN_RATE, _LEAST]
+    deceleration: Annotated[float, ANGULAR_ACCELERATION, _BRAKING] | None = None
+    stop_distance: Annotated[float, ANGLE, _LEAST]
+
+
+class WheelFigures(Value):
     """Measured parameters of a drive that turns by the speed difference of two sides.
 
     Attributes:
@@ -50,25 +76,34 @@ class WheelFigures:
             distance is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
     """
 
-    effective_wheel_separation: float
-    icr_offset: float
+    effective_wheel_separation: Annotated[float, LENGTH, _LEAST]
+    icr_offset: Annotated[float, LENGTH]
 
 
-@dataclass(frozen=True)
-class IdentifiedFile:
+class IdentifiedFile(Value):
     """Content of an identified.toml.
 
     Attributes:
         file: The file.
+        format: Format of the file.
         model: `model_hash` of the robot that was measured.
-        axes: Figures by axis, such as `vx`.
+        vx, vy, vz, wz: Figures of each axis; None for one that was not measured.
         wheels: Figures of the wheels; None for other locomotions.
     """
 
-    file: Path
+    file: Annotated[Path, SetByPrograms()] = Path()
+    format: Annotated[Literal["identified/1"], InFile()] = "identified/1"
     model: str
-    axes: Mapping[str, AxisFigures]
-    wheels: WheelFigures | None
+    vx: AxisFigures | None = None
+    vy: AxisFigures | None = None
+    vz: AxisFigures | None = None
+    wz: TurnFigures | None = None
+    wheels: WheelFigures | None = None
+
+    @property
+    def axes(self) -> dict[str, AxisFigures]:
+        """Figures by axis, such as `vx`."""
+        return {axis: found for axis in AXES if (found := getattr(self, axis)) is not None}
 
 
 def identified_path(robot: RobotSpec) -> Path | None:
@@ -83,28 +118,7 @@ def read_identified(file: Path, text: str | None = None) -> IdentifiedFile:
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
-    root = read_toml(file, text)
-    root.choice("format", (FORMAT,))
-    model = root.text("model")
-    axes = {axis: _read_axis(root.table(axis), _unit(axis)) for axis in AXES if axis in root}
-    wheels = None
-    if "wheels" in root:
-        table = root.table("wheels")
-        separation = table.quantity("effective_wheel_separation", LENGTH, low=0.0)
-        wheels = WheelFigures(separation, table.quantity("icr_offset", LENGTH, low=-math.inf))
-    root.done()
-    return IdentifiedFile(file, model, axes, wheels)
-
-
-def _read_axis(table: Table, unit: Dimension) -> AxisFigures:
-    fits = "latency" in table or "deceleration" in table
-    return AxisFigures(
-        max_speed=table.quantity("max_speed", unit / TIME, low=0.0),
-        lag=table.quantity("lag", TIME),
-        latency=table.quantity("latency", TIME, low=0.0) if fits else None,
-        deceleration=table.quantity("deceleration", unit / TIME / TIME, low=1e-6) if fits else None,
-        stop_distance=table.quantity("stop_distance", unit, low=0.0),
-    )
+    return read_root(IdentifiedFile, read_toml(file, text)).replaced(file=file)
 
 
 def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist3, wrap_angle
 from ..catalog import AgentSpec, CachingCatalog, Catalog, RateSpec, RobotSpec, ScenarioSpec
 from ..control.locomotion import AXES, Locomotion
+from ..declare import Value
 from ..event import NullSink
 from .identified_file import AxisFigures, WheelFigures
 from .simulated_world import build_world
@@ -54,8 +55,7 @@ _CLIMB = 1.5  # [m] height over the start of the tests of a flying body
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Braking:
+class Braking(Value):
     """Braking test from a steady speed to standstill.
 
     Attributes:
@@ -69,7 +69,6 @@ class Braking:
     time: float
 
 
-@dataclass(frozen=True)
 class IdentifiedAxis(AxisFigures):
     """Identified motion along one axis, with its braking tests."""
 
@@ -77,7 +76,6 @@ class IdentifiedAxis(AxisFigures):
     braking: tuple[Braking, ...]
 
 
-@dataclass(frozen=True)
 class IdentifiedWheels(WheelFigures):
     """Identified drive that turns by the speed difference of two sides.
 
@@ -92,8 +90,7 @@ class IdentifiedWheels(WheelFigures):
     slowest_turn: float
 
 
-@dataclass(frozen=True)
-class Identified:
+class Identified(Value):
     """Identified parameters of a robot's motion.
 
     Attributes:
@@ -122,7 +119,7 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
 
     axes = {axis: _axis(rig, locomotion, axis) for axis in locomotion.axes}
     sided = locomotion.wheeled and locomotion.twist_from_q.shape[1] == 2
-    return Identified(robot.name, axes, _wheels(rig, locomotion) if sided else None)
+    return Identified(robot=robot.name, axes=axes, wheels=_wheels(rig, locomotion) if sided else None)
 
 
 class _TestRig:
@@ -133,20 +130,9 @@ class _TestRig:
     """
 
     def __init__(self, robot: RobotSpec, locomotion: Locomotion, catalog: Catalog) -> None:
-        agent = AgentSpec(_NAME, str(robot.file), "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+        agent = AgentSpec(name=_NAME, robot=str(robot.file), mission="", pose=Pose2(0.0, 0.0))
         rate = RateSpec()
-        scenario = ScenarioSpec(
-            "identify",
-            robot.file,
-            "",
-            WORLD,
-            _TIMEOUT,
-            end_on_collision=False,
-            rate=rate,
-            places=(),
-            agents=(agent,),
-            actors=(),
-        )
+        scenario = ScenarioSpec(name="identify", file=robot.file, world=WORLD, duration=_TIMEOUT, agents=(agent,))
         simulated = build_world(scenario, catalog, 1, NullSink())
         self.world = simulated.world
         self.period = rate.control_rate.period
@@ -269,16 +255,18 @@ def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> Ide
     robot = rig()
     for factor in _BRAKINGS:
         speed, _, start = robot.reach(axis, factor * limit)
-        braking.append(Braking(speed, *robot.brake(axis, start)))
+        distance, time = robot.brake(axis, start)
+        braking.append(Braking(speed=speed, distance=distance, time=time))
     latency, deceleration, misfit = _fit(braking)
     # Wheels that brake at their grip do not accelerate faster: their slip on the ramp is no lag.
     grip = deceleration if locomotion.wheeled and misfit <= _MISFIT else math.inf
     _, lag, _ = rig().reach(axis, 0.5 * limit, grip)
+    found: dict[str, Any] = {"max_speed": top, "lag": lag, "misfit": misfit, "braking": tuple(braking)}
     if misfit > _MISFIT:
         longest = max(b.distance for b in braking) * (top / braking[-1].speed) ** 2  # from the speed of the last test
-        return IdentifiedAxis(top, lag, None, None, longest, misfit, tuple(braking))
+        return IdentifiedAxis(**found, stop_distance=longest)
     stop_distance = top * latency + top * top / (2.0 * deceleration)
-    return IdentifiedAxis(top, lag, latency, deceleration, stop_distance, misfit, tuple(braking))
+    return IdentifiedAxis(**found, latency=latency, deceleration=deceleration, stop_distance=stop_distance)
 
 
 def _wheels(rig: Callable[[], _TestRig], locomotion: Locomotion) -> IdentifiedWheels:
@@ -296,7 +284,12 @@ def _wheels(rig: Callable[[], _TestRig], locomotion: Locomotion) -> IdentifiedWh
     wide, fast = np.array(differences), np.array(rates)
     separation = float(wide @ fast / (fast @ fast))
     error = float(np.max(np.abs(wide / separation / fast - 1.0)))
-    return IdentifiedWheels(separation, _icr_offset(rig, locomotion), error, float(min(shares)))
+    return IdentifiedWheels(
+        effective_wheel_separation=separation,
+        icr_offset=_icr_offset(rig, locomotion),
+        wheel_separation_error=error,
+        slowest_turn=float(min(shares)),
+    )
 
 
 def _icr_offset(rig: Callable[[], _TestRig], locomotion: Locomotion) -> float:

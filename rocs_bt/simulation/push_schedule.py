@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from ..catalog import PushSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
@@ -47,9 +46,9 @@ def push_schedules(scenario: ScenarioSpec, seed: int, world: MujocoWorld, sink: 
     agents, made = {agent.name for agent in scenario.agents}, []
     for i, push in enumerate(scenario.pushes):
         rng = stream(scenario.name, seed, push.robot, push_of(i))
-        at = float(rng.uniform(push.at, push.until))
+        at = float(rng.uniform(push.at, push.latest))
         angle = float(rng.uniform(-push.spread, push.spread))
-        turned = replace(push, force=_turned(push.force, angle))
+        turned = push.replaced(force=_turned(push.force, angle))
         made.append(PushSchedule(turned, at, world, sink, push.robot if push.robot in agents else ""))
     return made
 

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from ..base.parameter import field_parameters, read_arguments
 from ..catalog import ActorSpec
+from ..declare import positions_of
 
 T = TypeVar("T")
 
@@ -18,5 +19,5 @@ def script_parameters(declared: type[T], actor: ActorSpec, file: Path) -> T:
         InputError: Parameters are unknown, missing, of a wrong unit or out of range; the error lists all faults.
     """
     what = f"{actor.script} '{actor.name}'"
-    values = read_arguments(field_parameters(declared), actor.parameters, what, file=file, positions=actor.positions)
-    return declared(**values)
+    fields, positions = field_parameters(declared), positions_of(actor.parameters)
+    return declared(**read_arguments(fields, actor.parameters, what, file=file, positions=positions))

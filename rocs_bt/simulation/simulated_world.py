@@ -188,11 +188,11 @@ def _add_odometer(
 
 
 def _judge(scenario: ScenarioSpec, agent: AgentSpec) -> Judge:
-    goals = _goals_of(scenario)
+    goals, success = _goals_of(scenario), agent.success
     return Judge(
-        next((g for g in goals if g.name == agent.success), None),
-        at_end=agent.at_end,
-        after=[(g, agent.after[g.name]) for g in goals if g.name in agent.after],
+        next((g for g in goals if g.name == success.goal), None),
+        at_end=success.at == "end",
+        after=[(g, success.after[g.name]) for g in goals if g.name in success.after],
         end_on_collision=scenario.end_on_collision,
     )
 

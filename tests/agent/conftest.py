@@ -15,7 +15,7 @@ from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.event import ListSink
 from rocs_bt.testing.mock_agent import MockDevices, mock_agent
 
-GOAL = PlaceSpec("goal", "goal", Pose2(50.0, 0.0), 0.1, ("R1",))
+GOAL = PlaceSpec(name="goal", pose=Pose2(50.0, 0.0), agents=("R1",))
 
 
 def go(mission: Any) -> Any:

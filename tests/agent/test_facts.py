@@ -1,5 +1,7 @@
 """`[[fact]]`: what agents know at the start."""
 
+from typing import Annotated
+
 import pytest
 
 from rocs_bt.agent.facts import add_facts, check_queries
@@ -7,8 +9,8 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.toml_table import read_toml
-from rocs_bt.catalog import Catalog
-from rocs_bt.catalog.scenario_tables import read_facts
+from rocs_bt.catalog import Catalog, FactSpec
+from rocs_bt.declare import Key, Scope, Value, read_root
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 
@@ -48,10 +50,17 @@ tolerance = "20 cm"
 """
 
 
+class Facts(Value):
+    facts: Annotated[tuple[FactSpec, ...], Key("fact")] = ()
+
+
+def facts_of(root, agents):
+    return read_root(Facts, root, Scope(names={"agent": agents})).facts
+
+
 def told(tmp_path, text, agents=("R2", "R3"), agent="R2"):
     root = read_toml(tmp_path / "s.toml", text)
-    facts = read_facts(root, agents)
-    root.done()
+    facts = facts_of(root, agents)
     knowledge = Knowledge(agent, SimulatedClock(0.05), NullSink())
     add_facts(knowledge, [fact for fact in facts if agent in fact.agents])
     return knowledge
@@ -106,7 +115,7 @@ def test_no_shipped_scenario_knows_what_its_robots_cannot(tmp_path):
 def test_what_is_no_query_is_told_before_anybody_asks_it(tmp_path, key, kind, text, message):
     file = f'\n[[fact]]\nnode = "a"\nkind = "{kind}"\n{key} = "{text}"\n'
     root = read_toml(tmp_path / "s.toml", file)
-    facts = read_facts(root, ["R2"])
+    facts = facts_of(root, ["R2"])
     knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
     add_facts(knowledge, facts)
     with pytest.raises(InputError, match=message):

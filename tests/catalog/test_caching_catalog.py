@@ -1,6 +1,5 @@
 """CachingCatalog: what it keeps is what a plain catalog would find."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ def test_the_content_of_a_mind_is_that_of_its_own_parameters(parameters):
     catalog, plain = CachingCatalog(), Catalog()
     planner = plain.load_planner("hybrid")
     catalog.content_of_controller(planner)
-    mind = replace(planner, parameters={**planner.parameters, **parameters})
+    mind = planner.replaced(parameters={**planner.parameters, **parameters})
     for _ in range(2):
         assert catalog.content_of_controller(mind) == plain.content_of_controller(mind)
 

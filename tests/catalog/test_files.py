@@ -100,7 +100,7 @@ def test_a_scenario_is_read_in_si_units_but_what_classes_declare(project):
     assert place.pose[:2] == (0.0, -0.1)
     assert math.isnan(place.pose.yaw)
     assert (place.attributes, place.z) == ({}, None)
-    assert (agent.robot, agent.mission, agent.rules, agent.success) == ("bot", "go", ("calm",), "dock")
+    assert (agent.robot, agent.mission, agent.rules, agent.success.goal) == ("bot", "go", ("calm",), "dock")
     assert agent.pose == (1.0, 2.0, math.pi)
     assert agent.jitter == (0.05, 0.0, pytest.approx(math.radians(10)))
     assert agent.parameters == {"goal": "dock", "cruise": "0.5 m/s"}

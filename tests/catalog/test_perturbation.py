@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.errors import InputError, UnknownName
+from rocs_bt.base.units import NONE, Quantity
 from rocs_bt.catalog import Catalog, Perturbation, RobotSpec, parse_perturbation, perturbed
 from rocs_bt.event.sink import NullSink
 from rocs_bt.simulation.simulated_world import build_world
@@ -52,7 +53,7 @@ def test_a_world_has_the_perturbed_robot_and_its_agent_the_model_of_the_file() -
     scenario = CATALOG.load_scenario("circle_box")
     agent = scenario.agents[0]
     changed = (SHIPPED["body"], SHIPPED["friction"])
-    cold = replace(scenario, agents=(replace(agent, perturbations=changed), *scenario.agents[1:]))
+    cold = scenario.replaced(agents=(agent.replaced(perturbations=changed), *scenario.agents[1:]))
     warm_world, cold_world = (build_world(each, CATALOG, 1, NullSink()) for each in (scenario, cold))
     assert cold_world.devices(agent.name).robot == warm_world.devices(agent.name).robot
     hulls = [sum(each.world.model.geom_size[:, 0]) for each in (warm_world, cold_world)]
@@ -62,7 +63,7 @@ def test_a_world_has_the_perturbed_robot_and_its_agent_the_model_of_the_file() -
 
 
 def test_perturbations_are_applied_one_after_the_other() -> None:
-    twice = perturbed(JACKAL, (SHIPPED["delay"], replace(SHIPPED["delay"], strength=0.3)))
+    twice = perturbed(JACKAL, (SHIPPED["delay"], SHIPPED["delay"].at(0.3)))
     assert values(twice, "delay") == pytest.approx([0.5])
 
 
@@ -70,7 +71,7 @@ def test_a_default_of_a_driver_is_a_value_and_a_missing_key_an_error() -> None:
     robot = CATALOG.load_robot("pioneer_p3dx")
     assert values(robot, "delay") == []
     assert values(SHIPPED["delay"].of(robot), "delay") == pytest.approx([0.1])
-    odd = Perturbation(name="odd", device="sensor", keys=("counts",), change="times", strength=2.0)
+    odd = Perturbation(name="odd", device="sensor", keys=("counts",), change="times", strength=Quantity(2.0, NONE))
     with pytest.raises(InputError, match="'odd' has no effect on 'jackal': no sensor has a value of 'counts'"):
         odd.of(JACKAL)
 
@@ -79,7 +80,7 @@ def test_a_name_with_a_strength_selects_a_perturbation() -> None:
     assert [str(parse_perturbation(each, SHIPPED)) for each in ("noise=6", " delay ")] == ["noise=6", "delay=0.1"]
     assert parse_perturbation("delay=200 ms", SHIPPED).amount == "0.2 s"
     assert parse_perturbation("delay=0.2", SHIPPED).next().amount == "0.4 s"
-    assert SHIPPED["friction"].next().strength == pytest.approx(0.15)
+    assert SHIPPED["friction"].next().strength.value == pytest.approx(0.15)
 
 
 @pytest.mark.parametrize("text", ["delay=-1", "delay=3 m", "delay=often", "delay=0", "delay=inf", "delay="])
@@ -96,7 +97,7 @@ def test_an_unknown_perturbation_is_refused_with_those_that_exist() -> None:
 def test_a_planner_with_perturbations_has_their_names() -> None:
     planner = CATALOG.load_planner("tree@pioneer_p3dx~noise=6~delay")
     assert planner.name == "tree@pioneer_p3dx~noise=6~delay=0.1"
-    assert (planner.robot, [each.strength for each in planner.perturbations]) == ("pioneer_p3dx", [6.0, 0.1])
+    assert (planner.robot, [each.strength.value for each in planner.perturbations]) == ("pioneer_p3dx", [6.0, 0.1])
 
 
 def written(folder: Path, text: str) -> Catalog:
@@ -116,7 +117,7 @@ def test_a_project_adds_its_own_and_replaces_a_shipped_one(tmp_path: Path) -> No
 
 
 def test_a_share_never_exceeds_one() -> None:
-    scans = replace(SHIPPED["lost_scans"], strength=1.0)
+    scans = SHIPPED["lost_scans"].at(1.0)
     assert scans.of(JACKAL) != JACKAL
     with pytest.raises(InputError, match=r"'drop_out' is a share from 0 to 1, and 'lost_scans=1.6' makes it 1.6"):
-        replace(scans, strength=1.6).of(JACKAL)
+        scans.at(1.6).of(JACKAL)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,8 +79,7 @@ def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: 
     axes = {}
     for axis, of in measured.axes.items():
         fits = of.latency is not None and random.random() < 0.7
-        axes[axis] = replace(
-            of,
+        axes[axis] = of.replaced(
             max_speed=worse(of.max_speed, 0.4, 1.2),
             lag=worse(of.lag + 0.05, 0.2, 6.0),
             latency=worse(of.latency + 0.02, 0.2, 6.0) if fits else None,
@@ -91,8 +89,8 @@ def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: 
     wheels = measured.wheels
     if wheels is not None:
         size = worse(wheels.effective_wheel_separation, 0.6, 1.6)
-        wheels = WheelFigures(size, float(random.uniform(-0.2, 0.2)))
-    return replace(measured, axes=axes, wheels=wheels, model=model_hash(robot))
+        wheels = WheelFigures(effective_wheel_separation=size, icr_offset=float(random.uniform(-0.2, 0.2)))
+    return measured.replaced(**axes, wheels=wheels, model=model_hash(robot))
 
 
 @pytest.mark.parametrize("base", [file.parent.name for file in sorted(SHIPPED.glob("*/identified.toml"))])

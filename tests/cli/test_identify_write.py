@@ -37,14 +37,23 @@ def late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder / "robot.toml"
 
 
+def axis_of(speed: float, lag: float, latency: float, deceleration: float, stop: float) -> IdentifiedAxis:
+    """Figures of one axis that fit the braking model."""
+    braking = {"latency": latency, "deceleration": deceleration, "stop_distance": stop, "misfit": 0.001}
+    return IdentifiedAxis(max_speed=speed, lag=lag, braking=(), **braking)
+
+
 @pytest.fixture
 def measured(monkeypatch: pytest.MonkeyPatch) -> Identified:
     """What identify finds on that robot, without moving it."""
     axes = {
-        "vx": IdentifiedAxis(1.986, 0.4131, 0.4006, 4.966, 1.193, 0.001, ()),
-        "wz": IdentifiedAxis(7.16, 0.431, 0.397, 15.63, 4.481, 0.001, ()),
+        "vx": axis_of(1.986, 0.4131, 0.4006, 4.966, 1.193),
+        "wz": axis_of(7.16, 0.431, 0.397, 15.63, 4.481),
     }
-    found = Identified("late", axes, IdentifiedWheels(0.5523, 0.064, 0.012, 0.95))
+    wheels = IdentifiedWheels(
+        effective_wheel_separation=0.5523, icr_offset=0.064, wheel_separation_error=0.012, slowest_turn=0.95
+    )
+    found = Identified(robot="late", axes=axes, wheels=wheels)
     monkeypatch.setattr(identification, "identify", lambda *_: found)
     return found
 

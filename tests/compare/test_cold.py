@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import sqrt
 
 import pytest
@@ -89,14 +88,14 @@ def walk(shares, warm=1.0):
 
 def test_a_walk_ends_where_less_than_half_of_the_success_is_left():
     found = walk([10, 8, 5, 4])
-    assert [each.strength for each, _ in found.shares] == pytest.approx([0.1, 0.2, 0.4, 0.8])
+    assert [each.strength.value for each, _ in found.shares] == pytest.approx([0.1, 0.2, 0.4, 0.8])
     assert found.breaks is not None
-    assert found.breaks.strength == pytest.approx(0.8)
+    assert found.breaks.strength.value == pytest.approx(0.8)
     assert str(found) == "tree with delay: breaks at 0.8 s (success 40 %), holds at 0.4 s"
 
 
 def test_half_of_what_the_planner_reaches_warm_counts():
-    assert walk([3, 2], warm=0.5).breaks == replace(SHIPPED["delay"], strength=0.2)
+    assert walk([3, 2], warm=0.5).breaks == SHIPPED["delay"].at(0.2)
 
 
 def test_a_walk_without_a_break_has_its_reason():
@@ -110,5 +109,5 @@ def test_a_key_covers_the_perturbation_its_strength_and_its_definition():
     cold = [TREE.under(each) for each in SHIPPED.values()]
     stronger = [TREE.under(each.next()) for each in SHIPPED.values()]
     assert len({Keys(CATALOG).of(each, scene, 1) for each in (TREE, *cold, *stronger)}) == 1 + 2 * len(SHIPPED)
-    other = replace(SHIPPED["delay"], change="times")
+    other = SHIPPED["delay"].replaced(change="times")
     assert Keys(CATALOG).of(TREE.under(other), scene, 1) != Keys(CATALOG).of(TREE.under(SHIPPED["delay"]), scene, 1)

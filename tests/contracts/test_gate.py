@@ -183,8 +183,8 @@ def test_nothing_gets_past_the_gate_of_a_robot_as_it_is_shipped(robot):
 
 def assert_held_in_mujoco(limits, robot, mode):
     exp1 = CATALOG.load_scenario("exp1")
-    agent = dataclasses.replace(exp1.agents[0], robot=robot, rules=(), pose=Pose2(-1.5, -1.5, 0.0))
-    scenario = dataclasses.replace(exp1, agents=(agent,), actors=(), end_on_collision=False)
+    agent = exp1.agents[0].replaced(robot=robot, rules=(), pose=Pose2(-1.5, -1.5, 0.0))
+    scenario = exp1.replaced(agents=(agent,), actors=(), end_on_collision=False)
     logs, sink = [], ListSink()
 
     def prepare(stage):

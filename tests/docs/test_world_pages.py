@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Annotated
 
 import pytest
 
@@ -9,8 +10,8 @@ from rocs_bt.agent.facts import add_facts
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.toml_table import read_toml
-from rocs_bt.catalog import Catalog
-from rocs_bt.catalog.scenario_tables import read_facts
+from rocs_bt.catalog import Catalog, FactSpec
+from rocs_bt.declare import Key, Scope, Value, read_root
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 
@@ -32,9 +33,14 @@ def blocks(name, language):
     return re.findall(rf"```{language}\n(.*?)```", SECTIONS[name], re.DOTALL)
 
 
+class Facts(Value):
+    facts: Annotated[tuple[FactSpec, ...], Key("fact")] = ()
+
+
 def told(name):
     """What a robot knows that is told the facts of a section from the start."""
-    facts = read_facts(read_toml(Path("page.toml"), "\n".join(blocks(name, "toml"))), ["R2"])
+    root = read_toml(Path("page.toml"), "\n".join(blocks(name, "toml")))
+    facts = read_root(Facts, root, Scope(names={"agent": ["R2"]})).facts
     knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
     add_facts(knowledge, [fact for fact in facts if not fact.at])
     return knowledge

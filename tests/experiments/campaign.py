@@ -10,7 +10,6 @@ Prints for each agent its outcomes, contacts, and, for a follower, how it kept i
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import math
 import statistics
@@ -34,12 +33,12 @@ def variant(experiment: str, control: float, robot: str | None) -> tuple[Caching
     catalog = CachingCatalog()
     scenario = catalog.load_scenario(experiment)
     if robot is not None:
-        agents = (dataclasses.replace(scenario.agents[0], robot=robot), *scenario.agents[1:])
-        scenario = dataclasses.replace(scenario, agents=agents)
+        agents = (scenario.agents[0].replaced(robot=robot), *scenario.agents[1:])
+        scenario = scenario.replaced(agents=agents)
     if control == scenario.rate.control:
         return catalog, scenario
-    rate = dataclasses.replace(scenario.rate, control=control, sensors=control)
-    return catalog, dataclasses.replace(scenario, rate=rate)
+    rate = scenario.rate.replaced(control=control, sensors=control)
+    return catalog, scenario.replaced(rate=rate)
 
 
 def episode(experiment: str, seed: int, control: float, robot: str | None = None) -> dict[str, Any]:

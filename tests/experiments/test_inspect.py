@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -28,7 +27,7 @@ def episode(seed: int, *rules: str) -> tuple[Summary, list[BodyMoved]]:
     """Summary, and poses of the robot in each control period."""
     sink = ListSink()
     summary = run(
-        replace(SCENARIO, agents=(replace(SCENARIO.agents[0], rules=rules),)), CATALOG, seed=seed, sinks=[sink]
+        SCENARIO.replaced(agents=(SCENARIO.agents[0].replaced(rules=rules),)), CATALOG, seed=seed, sinks=[sink]
     )
     return summary.summary, [e for e in sink.events if isinstance(e, BodyMoved) and e.body == "Q"]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from pathlib import Path
@@ -27,7 +26,7 @@ ROUND = ["north_west", "north_east", "south_east", "home"]
 def episode(seed: int, *pushes: PushSpec, duration: float = SCENARIO.duration) -> tuple[Summary, list[Event]]:
     """Summary and events of one run with these pushes."""
     sink = ListSink()
-    scenario = dataclasses.replace(SCENARIO, pushes=pushes, duration=duration)
+    scenario = SCENARIO.replaced(pushes=pushes, duration=duration)
     return rocs_bt.run(scenario, CATALOG, seed=seed, sinks=[sink]).summary, sink.events
 
 
@@ -58,7 +57,7 @@ def test_the_round_is_walked_in_order_on_rough_ground_in_spite_of_a_push(seed: i
 
 
 def test_a_push_is_felt_and_recorded() -> None:
-    push = PushSpec("R2", (0.0, 60.0, 0.0), 4.0, 4.0, 0.1)
+    push = PushSpec(robot="R2", force=(0.0, 60.0, 0.0), at=4.0, duration=0.1)
     tilts = []
     for pushes in ((push,), ()):
         _, events = episode(1, *pushes, duration=6.0)
@@ -70,7 +69,7 @@ def test_a_push_is_felt_and_recorded() -> None:
 @pytest.mark.soak  # falls and getting up: tests/simulation/test_fall.py
 @pytest.mark.parametrize("at", [10.0, 18.0])
 def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
-    push = PushSpec("R2", (0.0, 270.0, 0.0), at, at, 0.1)
+    push = PushSpec(robot="R2", force=(0.0, 270.0, 0.0), at=at, duration=0.1)
     summary, events = episode(1, push)
     rules = [e for e in events if isinstance(e, RuleChanged) and e.rule.startswith("upright/")]
     fired = [e for e in rules if e.phase == "fired"]
@@ -84,7 +83,7 @@ def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
 
 
 def test_height_and_tilt_are_drawn(tmp_path: Path) -> None:
-    scenario = dataclasses.replace(SCENARIO, duration=1.0)
+    scenario = SCENARIO.replaced(duration=1.0)
     run = History(Recording.open(rocs_bt.run(scenario, CATALOG, seed=1, out=tmp_path, report=False).recording))
     (height,) = [figure for figure in FIGURES if figure.name == "height"]
     assert height.applies([run])

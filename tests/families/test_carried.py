@@ -44,7 +44,7 @@ def carried(world: MujocoWorld, script: str, name: str = "P1", seed: int = 1, **
     declared = field_parameters(script_class.Parameters) if script_class else {}
     units = {name: str(of.dimension) for name, of in declared.items() if of.dimension}
     given = {k: f"{v} {units[k]}" if k in units and isinstance(v, (int, float)) else v for k, v in parameters.items()}
-    actor = ActorSpec(name, "", script, start, start, given)
+    actor = ActorSpec(name=name, script=script, pose=start, jitter=start, parameters=given)
     return make_scripted_object(actor, Path("hall.toml"), world=world, start=start, rng=rng, period=PERIOD)
 
 

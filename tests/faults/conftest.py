@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
@@ -85,7 +85,7 @@ def broken() -> Callable[..., Outcome]:
         catalog = Catalog()
         spec = catalog.load_scenario("exp1")
         if rules is not None:
-            spec = replace(spec, agents=tuple(replace(agent, rules=rules) for agent in spec.agents))
+            spec = spec.replaced(agents=tuple(agent.replaced(rules=rules) for agent in spec.agents))
         outcome.result = run(spec, catalog, prepare=begin, sinks=[outcome], **kwargs)
         return outcome
 

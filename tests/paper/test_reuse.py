@@ -58,7 +58,7 @@ def test_exp1_to_exp2_changes_these_settings_and_no_other():
     assert differing(found.robots[0].settings) == {
         "robot": ("pioneer_p3dx", "summit_xl"),
         "start": ("-1 m, 2 m, -1.1 rad", "-1.2 m, -0.975 m, 0.733 rad"),
-        "at end": ("false", "true"),
+        "success's at": ("once", "end"),
         "mission's hold": ("", "true"),
         "mission's facing": ("", "-135 deg"),
     }
@@ -90,7 +90,12 @@ def test_exp2_to_exp3_changes_r3s_mission_alone():
     assert r3.second == "R3"
     assert {"robot", "rules"}.isdisjoint(r3.differing())
     # What else differs is where it starts, how it is judged, and what the mission is told.
-    assert {s for s in r3.differing() if not s.startswith("mission's ")} == {"mission", "start", "success", "at end"}
+    assert {s for s in r3.differing() if not s.startswith("mission's ")} == {
+        "mission",
+        "start",
+        "success's goal",
+        "success's at",
+    }
     assert {share.kind for share in r3.code if not share.same} == {"actions"}
 
 

@@ -1,7 +1,5 @@
 """A mission that drives to a goal is there by the goal's own tolerance, whatever that is: SUCCESS is a success."""
 
-import dataclasses
-
 import pytest
 
 from rocs_bt import run
@@ -15,11 +13,11 @@ ROBOTS = ("jackal", "turtlebot3_burger", "rosbot_xl")
 def played(mission, robot, tolerance, parameters):
     """Outcome of a drive of 1 m over a plane to a goal with this tolerance [m]."""
     scenario = CATALOG.load_scenario("exp1")
-    goal = dataclasses.replace(scenario.places[0], tolerance=tolerance)
-    agent = dataclasses.replace(
-        scenario.agents[0], robot=robot, mission=mission, rules=(), pose=Pose2(-1.0, 0.2, 0.5), parameters=parameters
+    goal = scenario.places[0].replaced(tolerance=tolerance)
+    agent = scenario.agents[0].replaced(
+        robot=robot, mission=mission, rules=(), pose=Pose2(-1.0, 0.2, 0.5), parameters=parameters
     )
-    scenario = dataclasses.replace(scenario, world="plane", places=(goal,), agents=(agent,), actors=(), duration=15.0)
+    scenario = scenario.replaced(world="plane", places=(goal,), agents=(agent,), actors=(), duration=15.0)
     (found,) = run(scenario, CATALOG, seed=1).summary.agents.values()
     return found
 

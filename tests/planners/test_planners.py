@@ -23,7 +23,7 @@ def played(name, privileged=True):
     given = prepared.privileged if privileged else {}
     short = replace(
         prepared,
-        scenario=replace(prepared.scenario, duration=2.0),
+        scenario=prepared.scenario.replaced(duration=2.0),
         privileged=given,
     )
     runner._prepared[OFFICE] = short

@@ -1,7 +1,5 @@
 """The battery that any robot can have: charge, power, chargers, and what reads its signal."""
 
-from dataclasses import replace
-
 import pytest
 
 from rocs_bt import run
@@ -77,7 +75,10 @@ def test_nav2s_condition_reads_the_signal(robot, low):
     text = f'<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>{"".join(steps)}</Sequence></BehaviorTree></root>'
     catalog = Catalog()
     scenario = catalog.load_scenario("patrol_charge")
-    scenario = replace(scenario, agents=(replace(scenario.agents[0], robot=robot, after={}),), requirements=())
+    scenario = scenario.replaced(
+        agents=(scenario.agents[0].replaced(robot=robot, success=scenario.agents[0].success.replaced(after={})),),
+        requirements=(),
+    )
     build = catalog.with_content(xml_mission(text, dialect="nav2"))
     result = run(scenario, catalog, duration=0.5, report=False, missions={"R1": build})
     assert "the mission returned SUCCESS" in result.summary.agents["R1"].reason

@@ -1,7 +1,5 @@
 """No robot backs into what it cannot see: every shipped robot on wheels, with a wall or a post behind it."""
 
-import dataclasses
-
 import pytest
 
 from rocs_bt import run
@@ -28,12 +26,12 @@ def back_off(tmp_path_factory):
 
 def played(robot, pose, mission, rules=(), duration=6.0, goal=None):
     scenario = CATALOG.load_scenario("exp1")
-    place = scenario.places[0] if goal is None else dataclasses.replace(scenario.places[0], pose=goal)
-    agent = dataclasses.replace(
-        scenario.agents[0], robot=robot, mission=mission, rules=rules, pose=pose, jitter=Pose2(0.0, 0.0), success=None,
+    place = scenario.places[0] if goal is None else scenario.places[0].replaced(pose=goal)
+    agent = scenario.agents[0].replaced(
+robot=robot, mission=mission, rules=rules, pose=pose, jitter=Pose2(0.0, 0.0), success=None,
         parameters={} if goal is None else {"goal": "goal"},
     )  # fmt: skip
-    scenario = dataclasses.replace(scenario, places=(place,), agents=(agent,), actors=(), duration=duration)
+    scenario = scenario.replaced(places=(place,), agents=(agent,), actors=(), duration=duration)
     (found,) = run(scenario, CATALOG, seed=1).summary.agents.values()
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -98,9 +97,9 @@ def built(exp1, catalog):
     """Build the world of EXP1 without R1, and with other ground."""
 
     def build(*grounds: GroundSpec, at: Pose2 = WEST, seed: int = 1, sink=None, **changed):
-        start = dataclasses.replace(exp1.agents[0], pose=at, jitter=Pose2(0.0, 0.0, 0.0))
+        start = exp1.agents[0].replaced(pose=at, jitter=Pose2(0.0, 0.0, 0.0))
         fields = {"agents": (start,), "actors": (), "world": "arena", "grounds": grounds, **changed}
-        return build_world(dataclasses.replace(exp1, **fields), catalog, seed, sink or ListSink())
+        return build_world(exp1.replaced(**fields), catalog, seed, sink or ListSink())
 
     return build
 

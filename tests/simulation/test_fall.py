@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import pytest
@@ -148,8 +147,8 @@ def tipped(stage, seconds: float):
 def test_a_robot_that_is_upright_again_within_five_seconds_has_not_fallen(
     exp1, make_mind, catalog, seconds, outcome, end
 ) -> None:
-    start = dataclasses.replace(exp1.agents[0], pose=Pose2(0.0, -1.5, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
-    scenario, sink = dataclasses.replace(exp1, agents=(start,), actors=()), ListSink()
+    start = exp1.agents[0].replaced(pose=Pose2(0.0, -1.5, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
+    scenario, sink = exp1.replaced(agents=(start,), actors=()), ListSink()
     stage = build_world(scenario, catalog, 1, sink)
     mind = make_mind("R2", stage, lambda t: (0.0, 0.0))
     change = tipped(stage, seconds)

@@ -40,8 +40,10 @@ def played(monkeypatch, planner, family="crowd", duration=1.3, index=3001, chang
         movers[count] = self.knowledge.world.movers, self.knowledge.world.foreseen
 
     monkeypatch.setattr(Agent, "step", watched)
-    spec = dataclasses.replace(catalog.load_planner(planner), **(change or {})).drives(
-        catalog.load_scenario(scene.name), "R", scene.privileged
+    spec = (
+        catalog.load_planner(planner)
+        .replaced(**(change or {}))
+        .drives(catalog.load_scenario(scene.name), "R", scene.privileged)
     )
     run(spec, catalog, seed=1, report=False, sinks=[places])
     return movers, {k: np.array(list(row.values())) for k, row in places.rows.items()}

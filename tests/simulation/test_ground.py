@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import mujoco
@@ -19,10 +18,14 @@ from rocs_bt.simulation import build_world
 
 from .yard import BOOM, SCENARIO, driven
 
-SLOPE = GroundSpec("ramp", "slope", Pose2(0.0, 0.0), 2.0, 1.5, 0.1)
-STEPS = GroundSpec("stairs", "step", Pose2(0.0, 1.0, math.pi / 2), 0.9, 1.5, 0.04, count=3)
-GRAVEL = GroundSpec("gravel", "rough", Pose2(0.0, 0.0, 0.3), 3.0, 2.0, 0.03, grain=0.1)
-BLOCK = GroundSpec("block", "step", Pose2(1.0, 0.0), 0.4, 2.0, 0.3)
+SLOPE = GroundSpec(name="ramp", kind="slope", pose=Pose2(0.0, 0.0), length=2.0, width=1.5, height=0.1)
+STEPS = GroundSpec(
+    name="steps", kind="step", pose=Pose2(0.0, 1.0, math.pi / 2), length=0.9, width=1.5, height=0.04, count=3
+)
+GRAVEL = GroundSpec(
+    name="gravel", kind="rough", pose=Pose2(0.0, 0.0, 0.3), length=3.0, width=2.0, height=0.03, grain=0.1
+)
+BLOCK = GroundSpec(name="block", kind="step", pose=Pose2(1.0, 0.0), length=0.4, width=2.0, height=0.3)
 
 
 def test_a_robot_drives_up_a_slope_which_is_no_obstacle(built) -> None:
@@ -45,7 +48,7 @@ def test_steps_rise_along_their_length(built, y, height) -> None:
 
 def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(built) -> None:
     one, again, other = (built(GRAVEL, seed=seed).world for seed in (1, 1, 2))
-    renamed = built(dataclasses.replace(GRAVEL, name="scree")).world
+    renamed = built(GRAVEL.replaced(name="scree")).world
     assert one.model.hfield_data.tobytes() == again.model.hfield_data.tobytes()
     assert not np.array_equal(one.model.hfield_data, other.model.hfield_data)
     assert not np.array_equal(one.model.hfield_data, renamed.model.hfield_data)
@@ -56,9 +59,11 @@ def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(
     assert one.position("R2")[2] - built().world.position("R2")[2] > 0.015
 
 
-NARROW = GroundSpec("sill", "step", Pose2(0.05, 0.0, 0.4), 0.02, 2.0, 0.2)
-ROOF = GroundSpec("roof", "slope", Pose2(-0.1, 0.1, 2.0), 0.3, 0.2, 0.15)
-SPIKES = GroundSpec("spikes", "rough", Pose2(0.0, 0.0, 0.7), 1.0, 1.0, 0.1, grain=0.03)
+NARROW = GroundSpec(name="sill", kind="step", pose=Pose2(0.05, 0.0, 0.4), length=0.02, width=2.0, height=0.2)
+ROOF = GroundSpec(name="roof", kind="slope", pose=Pose2(-0.1, 0.1, 2.0), length=0.3, width=0.2, height=0.15)
+SPIKES = GroundSpec(
+    name="spikes", kind="rough", pose=Pose2(0.0, 0.0, 0.7), length=1.0, width=1.0, height=0.1, grain=0.03
+)
 
 
 @pytest.mark.parametrize("ground", [NARROW, ROOF, SPIKES], ids=lambda ground: ground.name)
@@ -87,7 +92,7 @@ def test_range_sensors_see_ground_that_is_high(built) -> None:
 
 
 def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
-    simulated = built(dataclasses.replace(BLOCK, pose=Pose2(0.0, 0.0), length=1.0), at=Pose2(0.0, 0.0))
+    simulated = built(BLOCK.replaced(pose=Pose2(0.0, 0.0), length=1.0), at=Pose2(0.0, 0.0))
     world: MujocoWorld = simulated.world
     q = world.robots["R2"].q
     world.data.qpos[q + 2] += 0.3
@@ -101,7 +106,7 @@ def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
 @pytest.mark.parametrize("height", [0.3, 1.0])
 @pytest.mark.parametrize("kind", ["step", "slope"])
 def test_a_robot_that_drives_against_a_side_face_of_the_ground_collides_and_does_not_fall(built, height, kind) -> None:
-    block = dataclasses.replace(BLOCK, kind=kind, height=height, pose=Pose2(1.0, 0.0, math.pi), length=1.4)
+    block = BLOCK.replaced(kind=kind, height=height, pose=Pose2(1.0, 0.0, math.pi), length=1.4)
     simulated = built(block, at=Pose2(-0.5, 0.0))
     driven(simulated, 3.0)
     contacts = simulated.world.contacts()

@@ -424,8 +424,8 @@ def test_a_braking_model_that_does_not_fit_is_not_written(
     assert (measured.latency, measured.deceleration) == (None, None)
     last = found(QUICK).axes["vx"].braking[-1]
     assert last.distance < measured.stop_distance == pytest.approx(found(QUICK).axes["vx"].stop_distance, rel=0.01)
-    vx = dataclasses.replace(found(QUICK).axes["vx"], latency=None, deceleration=None, stop_distance=0.6, misfit=4.9)
-    odd = dataclasses.replace(found(QUICK), axes={**found(QUICK).axes, "vx": vx})
+    vx = found(QUICK).axes["vx"].replaced(latency=None, deceleration=None, stop_distance=0.6, misfit=4.9)
+    odd = found(QUICK).replaced(axes={**found(QUICK).axes, "vx": vx})
     monkeypatch.setattr("rocs_bt.simulation.identify.identify", lambda *_: odd)
     assert call(["identify", str(rover)]) == 0
     assert "do not describe the braking along vx" in capsys.readouterr().out

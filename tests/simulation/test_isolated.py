@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import signal
 import time
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -164,7 +163,7 @@ def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
     assert catalog.load_robot("apart").actuators[0].isolated
     assert not check_content([tmp_path]).faults
     plain = catalog.load_scenario("exp1")
-    apart = replace(plain, agents=tuple(replace(agent, robot="apart") for agent in plain.agents))
+    apart = plain.replaced(agents=tuple(agent.replaced(robot="apart") for agent in plain.agents))
     found = [run(each, catalog, duration=2.0, report=False, out=tmp_path / "run") for each in (plain, apart)]
     assert found[0].summary.trajectory_hash == found[1].summary.trajectory_hash
 

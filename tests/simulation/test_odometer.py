@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -44,9 +43,9 @@ def odometry(tmp_path):
         (tmp_path / "scenarios/alone.toml").write_text(SCENARIO.format(robot))
         catalog = Catalog(tmp_path)
         scenario, known = catalog.load_scenario("alone"), catalog.load_perturbations()
-        changes = [replace(known["odometry"], strength=share)]
-        changes += [replace(known["friction"], strength=friction)] if friction else []
-        cold = replace(scenario, agents=(replace(scenario.agents[0], perturbations=tuple(changes)),))
+        changes = [known["odometry"].at(share)]
+        changes += [known["friction"].at(friction)] if friction else []
+        cold = scenario.replaced(agents=(scenario.agents[0].replaced(perturbations=tuple(changes)),))
         world = build_world(cold, catalog, seed, NullSink())
         robot_spec = world.robots["R"]
         command = robot_locomotion(robot_spec.locomotion).command(twist).tolist()

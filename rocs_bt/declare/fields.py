@@ -1,0 +1,273 @@
+"""Declared classes: their annotations are the keys of a table, the marks in them say which values are valid.
+
+    class Push(Value):
+        robot: Annotated[str, Names("robot", "no agent or robot", "The scenario")]
+        at: Annotated[float, TIME, Bounds(0.0, 86400.0)]
+        spread: Annotated[float, ANGLE, Bounds(0.0, math.pi)] = 0.0
+
+A mark is an object of a module, not a lambda in the annotation: annotations are resolved when the class is first read.
+"""
+
+from __future__ import annotations
+
+import functools
+import types
+import typing
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast, dataclass_transform
+
+from ..base.errors import Fault
+from ..base.toml_table import KnownKey, Table
+from ..base.units import NONE, Dimension, Quantity
+from .marks import InUnit, Key, Keys, OneOf, Rest, SetByPrograms, TableName
+from .open import Open, Place
+
+MISSING = object()
+"""Default of a field that must be given."""
+
+M = TypeVar("M")
+
+_WORDS: Mapping[Any, tuple[str, str]] = {
+    str: ("a text", "texts"),
+    bool: ("true or false", "flags"),
+    int: ("a whole number", "whole numbers"),
+}
+
+
+class Wrong(NamedTuple):
+    """Fault of values that do not fit each other, for `Declared.check`.
+
+    Attributes:
+        key: Key at which the fault is reported; None for the table.
+        message: One sentence: what was expected and what was found.
+        hint: What to do.
+    """
+
+    key: str | None
+    message: str
+    hint: str = ""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Declaration of one named value.
+
+    Attributes:
+        name: Name in Python.
+        key: Key in a file.
+        hint: Type of the value, or of each one of a list or table of values.
+        marks: Marks of the annotation, the outermost last.
+        parts: Fields of a list with a fixed number of values, such as `tuple[Metres, Radians]`; else empty.
+        default: Value without the key; `MISSING` if it must be given.
+        many: `list` for `tuple[X, ...]`, `named` for `Mapping[str, X]`; else empty.
+        owner: Class that declares the field.
+    """
+
+    name: str
+    key: str
+    hint: Any
+    marks: tuple[Any, ...]
+    default: Any
+    many: str
+    owner: type
+    parts: tuple[Field, ...] = ()
+
+    @property
+    def required(self) -> bool:
+        """Whether a value must be given."""
+        return self.default is MISSING
+
+    @functools.cached_property
+    def is_key(self) -> bool:
+        """Whether the value is that of one key of the table."""
+        keys = self.mark(Keys)
+        return not (keys and keys.here) and not any(self.mark(kind) for kind in (Rest, SetByPrograms, TableName))
+
+    @functools.cached_property
+    def is_raw(self) -> bool:
+        """Whether the value is a table that is not converted."""
+        return self.hint is Open or typing.get_origin(self.hint) is Mapping
+
+    @functools.cached_property
+    def is_table(self) -> bool:
+        """Whether the value is a table, or several."""
+        nested = isinstance(self.hint, type) and issubclass(self.hint, Declared)
+        return nested or self.is_raw or ((of := self.mark(Keys)) is not None and not of.here)
+
+    @functools.cached_property
+    def words(self) -> str:
+        """Kind of the values, such as `a list of texts` or `a quantity [m]`."""
+        if self.is_table:
+            return {"list": "a list of tables", "named": "a table of tables", "": "a table"}[self.many]
+        unit = "" if self.mark(InUnit) or self.hint is Quantity else f" [{self.mark(Dimension) or NONE}]"
+        if self.parts:
+            return f"a list of {len(self.parts)} values"
+        number = self.hint in (float, Quantity)
+        one, more = (f"a quantity{unit}", f"quantities{unit}") if number else _WORDS.get(self.hint, _WORDS[str])
+        return {"list": f"a list of {more}", "named": f"a table of {more}", "": one}[self.many]
+
+    @functools.cached_property
+    def known(self) -> KnownKey:
+        """The field as editors show it."""
+        return KnownKey(self.words, self.options, None if self.required else self.default, self.required)
+
+    @functools.cached_property
+    def options(self) -> tuple[str, ...]:
+        """Valid texts; empty if there are others."""
+        if (one_of := self.mark(OneOf)) is not None:
+            return one_of.options
+        return typing.get_args(self.hint) if typing.get_origin(self.hint) is typing.Literal else ()
+
+    def mark(self, kind: type[M]) -> M | None:
+        """Mark of a class; the outermost of several, None if there is none."""
+        return cast("M | None", self._by_class.get(kind))
+
+    @functools.cached_property
+    def _by_class(self) -> dict[Any, Any]:
+        return {type(mark): mark for mark in self.marks}
+
+    @classmethod
+    def annotated(cls, name: str, hint: Any, default: Any, owner: type) -> Field:
+        """Field of an annotation such as `Annotated[tuple[Metres, ...], Key("at")]`."""
+        marks: tuple[Any, ...] = ()
+        many, origin = "", typing.get_origin(hint)
+        while origin is not None and origin is not typing.Literal:
+            args = typing.get_args(hint)
+            if origin is typing.Annotated:
+                marks, hint = (*hint.__metadata__, *marks), args[0]
+            elif origin in (typing.Union, types.UnionType):
+                hint = next(arg for arg in args if arg is not type(None))
+            elif origin is tuple and args[1:] == (...,):
+                many, hint = "list", args[0]
+            elif origin is Mapping and args[1] is not Any:
+                many, hint = "named", args[1]
+            else:
+                break
+            origin = typing.get_origin(hint)
+        each = typing.get_args(hint) if origin is tuple and not any(isinstance(mark, Keys) for mark in marks) else ()
+        parts = tuple(cls.annotated(name, part, MISSING, owner) for part in each)
+        key = next((mark.name for mark in marks if isinstance(mark, Key)), name)
+        return cls(name, key, hint, marks, default, many, owner, parts)
+
+
+@dataclass
+class Scope:
+    """What a reading knows beside its document.
+
+    Attributes:
+        names: Names of the things that the document declares, by kind.
+        missing: Fault of content that cannot be used, by kind and name; None if it can.
+        load: Class of a reference `file.py:Class`; None for an open table, if no code of content may run.
+        optional: Names of fields that need no value in this reading; they have a harmless one.
+    """
+
+    names: dict[str, Collection[str]] = field(default_factory=dict)
+    missing: Callable[[str, str], Fault | None] = lambda kind, name: None
+    load: Callable[[str], type[Declared] | None] = lambda name: None
+    optional: Collection[str] = ()
+
+
+@dataclass_transform(kw_only_default=True, eq_default=False)
+class Declared:
+    """Base of what a user writes in a file or in Python: its annotations are the keys, their defaults the defaults.
+
+    A name with an underscore, and a `ClassVar`, is no field. Objects are made by keyword; callers in Python are trusted
+    for types. Nothing is generated when a class is defined.
+    """
+
+    _names: ClassVar[tuple[str, ...]] = ()
+    _defaults: ClassVar[Mapping[str, Any]] = {}
+    _fields: ClassVar[tuple[Field, ...]]
+    _table: ClassVar[Table | None] = None
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        hints = vars(cls).get("__annotations__", {})
+        own = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
+        cls._names = tuple(dict.fromkeys((*cls._names, *own)))
+        cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}
+
+    def __init__(self, **given: Any) -> None:
+        if more := given.keys() - set(self._names):
+            raise TypeError(f"{type(self).__name__} takes no {', '.join(sorted(more))}")
+        if lack := [name for name in self._names if name not in given and name not in self._defaults]:
+            raise TypeError(f"{type(self).__name__} needs {', '.join(lack)}")
+        self.__dict__.update({name: given.get(name, self._defaults.get(name)) for name in self._names})
+        self.__post_init__()
+
+    def __post_init__(self) -> None:
+        """Compute further attributes."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{key}={value!r}' for key, value in self.values().items())})"
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        """Look at a table before it is read: add names to the scope, note faults of keys that exclude each other."""
+
+    def check(self) -> Iterator[Wrong]:
+        """Faults of values that do not fit each other; asked only if each one is valid."""
+        return iter(())
+
+    def made(self) -> Any:
+        """What is read from the table: this object, or another value that it makes."""
+        return self
+
+    def values(self) -> dict[str, Any]:
+        """Values of the fields, by name."""
+        return {name: self.__dict__[name] for name in self._names}
+
+    def place(self, *key: str | None) -> Place:
+        """File, line and column of a key, which may lead into tables, or of the table itself."""
+        table = self._table
+        path = () if table is None else (*table.key, *filter(None, key))
+        return (None, 0, 0) if table is None else (table.file, *table.position_of(path))
+
+    @property
+    def line(self) -> int:
+        """Line of the table in its file; 0 if made by a program."""
+        return self.place()[1]
+
+    def replaced(self, **changes: Any) -> Self:
+        """Copy with other values of some fields, at the same place.
+
+        Raises:
+            TypeError: There is no such field.
+        """
+        made = type(self)(**{**self.values(), **changes})
+        if self._table is not None:
+            made.__dict__["_table"] = self._table
+        return made
+
+    @classmethod
+    def read_as(cls, values: dict[str, Any], table: Table) -> Self:
+        """Object of values that were read from a table."""
+        made = cls.__new__(cls)
+        made.__dict__.update(values, _table=table)
+        made.__post_init__()
+        return made
+
+
+class Value(Declared):
+    """Declared class with objects that do not change, and are equal if their values are."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"{type(self).__name__} does not change. Use replaced({name}=...).")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Value) and type(self) is type(other) and self.values() == other.values()
+
+    def __hash__(self) -> int:
+        return hash((type(self), *self.values().values()))
+
+
+def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
+    """Fields of a declared class in order, those of its bases first."""
+    if (known := vars(cls).get("_fields")) is not None:
+        return cast(tuple[Field, ...], known)
+    hints = typing.get_type_hints(cls, include_extras=True)
+    owners = {name: base for base in reversed(cls.__mro__) for name in vars(base).get("__annotations__", ())}
+    defaults = cls._defaults
+    cls._fields = tuple(Field.annotated(n, hints[n], defaults.get(n, MISSING), owners[n]) for n in cls._names)
+    return cls._fields

@@ -1,0 +1,329 @@
+"""The reader: makes objects of declared classes from tables, and notes all faults, each at its key."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from ..base.errors import Fault, InputError, did_you_mean
+from ..base.python_content import is_reference
+from ..base.toml_table import KnownKey, Table
+from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, parse_quantity, parse_unit
+from .fields import Declared, Field, Scope, fields_of
+from .marks import Content, InFile, InUnit, Keys, Kinds, Names, Rest, SetByPrograms, Valid, Word
+from .open import Open
+
+D = TypeVar("D", bound=Declared)
+
+_HARMLESS: Mapping[Any, Any] = {str: "", bool: False, int: 0, float: 0.0, Quantity: Quantity(0.0, NONE)}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Kind of a table, named by one of its keys.
+
+    Attributes:
+        name: Name for messages, such as `driver 'lidar'`.
+        base: Class with the keys that all kinds have.
+    """
+
+    name: str
+    base: type[Declared]
+
+    def has(self, each: Field) -> bool:
+        """Whether a field belongs to this kind, not to all of them."""
+        return not issubclass(self.base, each.owner)
+
+
+def read_root(cls: type[D], root: Table, scope: Scope | None = None) -> D:
+    """Read a whole document.
+
+    Args:
+        cls: Class of the root table.
+        root: Root table.
+        scope: What is known beside it.
+
+    Raises:
+        InputError: The document has faults; contains all of them, each with its place.
+    """
+    made = read(cls, root, scope)
+    root.done()
+    return made
+
+
+def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | None = None) -> D:
+    """Read a table; its faults are noted in it, and a value with a fault is a default or harmless.
+
+    Args:
+        cls: Class of the table.
+        table: The table.
+        scope: What is known beside it.
+        kind: Kind that selected the class, for messages.
+    """
+    scope = scope or Scope()
+    cls.prepare(table, scope)
+    found: dict[str, Any] = {}
+    sound = True
+    for each in _in_order(cast(Any, cls)):
+        before = len(table.faults)
+        found[each.name] = _Reading(each, table, scope, found).value(kind)
+        if len(table.faults) > before:
+            within = each.is_table and not each.mark(Keys) and isinstance(table.data.get(each.key), (dict, list))
+            sound = sound and within
+    made = cls.read_as(found, table)
+    for key, message, hint in made.check() if sound else ():
+        table.fault(key, message, hint)
+    return cast(D, made.made())
+
+
+def rows_in(table: Table, key: str) -> list[dict[str, Any]]:
+    """Data of the tables `[[key]]`, before these are read; none if there are others."""
+    rows = table.data.get(key)
+    return [row for row in rows if isinstance(row, dict)] if isinstance(rows, list) else []
+
+
+def names_of(rows: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Names of tables, before these are read."""
+    return [name for row in rows if isinstance(name := row.get("name"), str) and name]
+
+
+def note_twice(table: Table, keys: Iterable[str], what: str, hint: str) -> None:
+    """Note a fault at each of the tables `[[key]]` that has the name of an earlier one."""
+    seen = set[str]()
+    for key in keys:
+        for i, row in enumerate(rows_in(table, key)):
+            if (name := str(row.get("name", ""))) in seen:
+                at = table.position_of((*table.key, key, i, "name"))
+                table.faults.append(Fault(f"another {what} has the name '{name}'.", table.file, *at, hint))
+            seen.update([name] if name else [])
+
+
+@functools.cache
+def _in_order(cls: Any) -> list[Field]:
+    """Fields in the order of reading: those that depend on others come after them, an open table last."""
+    return sorted(fields_of(cls), key=lambda each: 2 if each.mark(Rest) else 1 if each.mark(InUnit) else 0)
+
+
+class _Reading:
+    """Reading of one field of a table.
+
+    Args:
+        field: The field.
+        table: The table.
+        scope: What is known beside the document.
+        done: Values of the fields that were read before.
+    """
+
+    def __init__(self, each: Field, table: Table, scope: Scope, done: Mapping[str, Any]) -> None:
+        self.field, self.table, self.scope, self.done = each, table, scope, done
+        self.key = each.key
+
+    def value(self, kind: Kind | None) -> Any:
+        """Value of the field."""
+        each, table = self.field, self.table
+        if not each.is_key:
+            return self._no_key()
+        table.known[self.key] = each.known
+        if self.key in table:
+            before = len(table.faults)
+            found = self._many(table.data[self.key])
+            return found if len(table.faults) == before or each.is_table else self._harmless()
+        return self._missing(kind)
+
+    def _no_key(self) -> Any:
+        """Value of a field that is not the value of one key."""
+        each, table = self.field, self.table
+        if (rest := each.mark(Rest)) is not None:
+            return self._rest(rest)
+        if (keys := each.mark(Keys)) is not None:
+            return read(keys.cls, table, self.scope)
+        return each.default if each.mark(SetByPrograms) else self._text(str(table.key[-1]) if table.key else "", None)
+
+    def _missing(self, kind: Kind | None) -> Any:
+        each, names = self.field, self.field.mark(Names)
+        if names is not None and names.all:
+            return tuple(self.scope.names.get(names.kind, ()))
+        if not each.required and not each.mark(InFile):
+            return Open.of(self.table.child({}, self.key), {}) if each.is_raw else each.default
+        if each.name in self.scope.optional:
+            return self._harmless()
+        if kind is not None and kind.has(each):
+            takes = ", ".join(other.key for other in fields_of(each.owner) if kind.has(other))
+            self.table.fault(None, f"the {kind.name} needs '{self.key}'.", f"It takes: {takes}.")
+        else:
+            self.table.fault(None, f"{self.table.label} has no '{self.key}'.", f"Add a line '{self.key} = ...'.")
+        return self._harmless()
+
+    def _harmless(self) -> Any:
+        each = self.field
+        if not each.required:
+            return each.default
+        if each.many or each.is_raw:
+            return () if each.many == "list" else Open()
+        return next(iter(each.options), "") if each.options else _HARMLESS.get(each.hint)
+
+    def _rest(self, rest: Rest) -> Open:
+        table = self.table
+        if rest.field and self.done[rest.field] != rest.value:
+            return Open.of(table, {})
+        keys = rest.keys or [key for key in table.data if key not in table.known]
+        found = {key: table.data[key] for key in keys if key in table}
+        table.known.update(dict.fromkeys(keys, KnownKey()))
+        return Open.of(table, found)
+
+    def _many(self, value: Any) -> Any:
+        """Value of the key: one, a list, or a table of values by name."""
+        each, table = self.field, self.table
+        if (word := each.mark(Word)) is not None and value == word.text:
+            return None
+        if each.many == "list":
+            return self._list(value)
+        if each.many == "named":
+            return self._named(value)
+        return self._each(value, table, self.key, ())
+
+    def _list(self, value: Any) -> Any:
+        each, plain = self.field, self.field.hint in (str, int)
+        if not isinstance(value, list) or (plain and any(type(one) is not each.hint for one in value)):
+            return self._wrong(each.words, value)
+        if each.is_table and any(not isinstance(one, dict) for one in value):
+            self.table.fault(self.key, f"{self.key} must be written as [[{self.key}]] tables.")
+            return ()
+        return tuple(self._each(one, self.table, self.key, (i,)) for i, one in enumerate(value))
+
+    def _parts(self, value: Any, table: Table) -> Any:
+        """A list with a fixed number of values, each of a type of its own."""
+        parts = self.field.parts
+        if not isinstance(value, list):
+            return self._wrong("a list", value)
+        if len(value) != len(parts):
+            table.fault(self.key, f"{self.key} must have {len(parts)} values, found {len(value)}.")
+            return self._harmless()
+        readings = [_Reading(part, table, self.scope, self.done) for part in parts]
+        return tuple(r._each(one, table, self.key, ()) for r, one in zip(readings, value, strict=True))
+
+    def _named(self, value: Any) -> Any:
+        each, key, table = self.field, self.key, self.table
+        if not isinstance(value, dict):
+            self._wrong(each.words, value)
+            return {}
+        inner = table.child(value, key)
+        inner.known.update(dict.fromkeys(value, KnownKey()))
+        if (names := each.mark(Names)) is not None:
+            for name in value:
+                self._named_in(names, name, inner, name)
+        if not each.is_table:
+            return {name: self._each(one, inner, name, ()) for name, one in value.items()}
+        if bad := [name for name, one in value.items() if not isinstance(one, dict)]:
+            table.fault(key, f"{key}.{bad[0]} must be a table.", f"Write it as [{key}.{bad[0]}].")
+        return {n: self._each(one, table, key, (n,)) for n, one in value.items() if isinstance(one, dict)}
+
+    def _each(self, value: Any, table: Table, key: str, path: tuple[str | int, ...]) -> Any:
+        """One value of a key of a table; `path` leads from the key to it."""
+        each = self.field
+        if each.is_table:
+            if not isinstance(value, dict):
+                self._wrong("a table", value)
+                return self._harmless()
+            return self._table(table.child(value, key, *path))
+        if each.hint is float:
+            return self._number(value, table, key)
+        if each.hint is Quantity:
+            return self._quantity(value)
+        if each.parts:
+            return self._parts(value, table)
+        if each.hint in (str, Path) or each.options:
+            return self._text(value, key)
+        if each.hint is int:
+            return self._integer(value, table, key)
+        return value if isinstance(value, each.hint) else self._wrong(each.words, value)
+
+    def _table(self, child: Table) -> Any:
+        each = self.field
+        if each.is_raw:
+            child.known.update(dict.fromkeys(child.data, KnownKey()))
+            return Open.of(child, child.data)
+        if (keys := each.mark(Keys)) is not None:
+            return read(keys.cls, child, self.scope)
+        if (kinds := each.mark(Kinds)) is None:
+            return read(each.hint, child, self.scope)
+        known, name = kinds.table(), child.data.get(kinds.tag)
+        if not isinstance(name, str) or not name:
+            return read(known[""], child, self.scope)  # the fault is that of the tag
+        cls = self.scope.load(name) if is_reference(name) else known.get(name)
+        tag = next((of for of in fields_of(known[""]) if of.key == kinds.tag and of.options), None)
+        if cls is None and tag is None and not is_reference(name):
+            hint = did_you_mean(name, [kind for kind in known if kind], "rocs_bt").and_also(kinds.hint)
+            child.fault(kinds.tag, f"no {kinds.what} is named '{name}'.", hint)
+        if cls is None:
+            return read(known[""], child, self.scope)
+        return read(cls, child, self.scope, Kind(f"{kinds.what} '{name}'", each.hint))
+
+    def _text(self, value: Any, key: str | None) -> Any:
+        each, table = self.field, self.table
+        if not isinstance(value, str):
+            return self._wrong("a text", value)
+        if each.options and value not in each.options:
+            hint = did_you_mean(value, each.options, "Valid values:")
+            table.fault(key, f"invalid value '{value}' for '{key}'.", hint)
+        for valid in (mark for mark in each.marks if isinstance(mark, Valid)):
+            if not valid.test(value):
+                table.fault(key, f"{value!r:.80} is not {valid.what}.", valid.hint)
+                return value
+        if (names := each.mark(Names)) is not None and value:
+            self._named_in(names, value, table, key)
+        if each.hint is Path:
+            return table.beside(value) if value else None
+        if (content := each.mark(Content)) is not None and value and (fault := self.scope.missing(content.kind, value)):
+            table.fault(key, fault.message, fault.hint)
+        return value
+
+    def _named_in(self, names: Names, name: str, table: Table, key: str | None) -> None:
+        if name not in (known := self.scope.names.get(names.kind, ())):
+            table.fault(key, f"{names.fault} is named '{name}'.", did_you_mean(name, known, names.owner))
+
+    def _integer(self, value: Any, table: Table, key: str) -> Any:
+        if not isinstance(value, int) or isinstance(value, bool):
+            return self._wrong("a whole number", value)
+        if not (bounds := self.field.mark(Bounds) or FINITE).admit(value):
+            table.fault(key, f"{key} must be {bounds.words}, found {value}.")
+        return value
+
+    def _number(self, value: Any, table: Table, key: str) -> float:
+        in_unit, bounds = self.field.mark(InUnit), self.field.mark(Bounds) or FINITE
+        of = self.field.mark(Dimension) or NONE
+        if in_unit is not None:
+            try:
+                of = parse_unit(self.done[in_unit.field]).dimension
+            except InputError:
+                return 0.0  # a fault of the unit
+        try:
+            number = convert(value, of, what=key)
+        except InputError as error:
+            table.adopt(key, error)
+            return 0.0
+        if not bounds.admit(number):
+            unbounded = math.isinf(number) and not bounds.infinite and number > bounds.low and math.isinf(bounds.high)
+            wanted = "finite" if unbounded or bounds == FINITE else bounds.words
+            unit = "" if of == NONE or wanted == "finite" else f" {of}"
+            table.fault(key, f"{key} must be {wanted}{unit}, found {value!r}.")
+        return number
+
+    def _quantity(self, value: Any) -> Quantity:
+        bounds, nothing = self.field.mark(Bounds) or FINITE, Quantity(0.0, NONE)
+        try:
+            found = parse_quantity(value if isinstance(value, str) else repr(value))
+        except InputError as error:
+            self.table.adopt(self.key, error)
+            return nothing
+        if not bounds.admit(found.value):
+            self.table.fault(self.key, f"{self.key} must be {bounds}, found {value!r}.")
+        return found
+
+    def _wrong(self, wanted: str, value: Any) -> Any:
+        self.table.fault(self.key, f"{self.key} must be {wanted}, found {value!r}.")
+        return self._harmless()
