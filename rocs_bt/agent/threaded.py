@@ -65,6 +65,8 @@ class ThreadedRunner:
     def _build(self) -> list[Worker]:
         agent, period = self.agent, self._period
         workers = [self._sensing(monitor, i * self._spread) for i, monitor in enumerate(agent.monitors)]
+        # Reflexes run on the thread of a monitor, right after its sample. This worker runs them when no sample comes,
+        # because a guard may also hold for signals that have become stale.
         workers.append(self._worker("reflexes", period, self._wait_unwatched, Step("reflexes", self._react)))
         workers += [self._analysing(analyze) for analyze in agent.analyzes]
         plan, execute = Step("plan", self._at(agent.decide)), Step("execute", self._at(agent.execute.run))

@@ -11,7 +11,11 @@ from ..base.geometry import Pose2, Twist2
 from .locomotion import Array
 
 BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)
-"""Curvatures, left positive for forward motion [rad/m]; `room_ahead` and `room_behind` have one value for each."""
+"""Curvatures, left positive for forward motion [rad/m]; `room_ahead` and `room_behind` have one value for each.
+
+The position in this tuple is the only tie between monitor and actions: another order or number of curvatures changes
+the meaning of these signals, in rules and in old recordings too.
+"""
 
 STRAIGHT = BENDS.index(0.0)
 

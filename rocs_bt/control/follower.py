@@ -223,7 +223,11 @@ class Follower:
         return Pose2(pose.x, pose.y, wrap_angle(pose.yaw)), turning
 
     def _send(self, period: float) -> None:
-        """Queue the present command; apply queued commands older than the dead time to the modelled values."""
+        """Queue the present command; apply queued commands older than the dead time to the modelled values.
+
+        `_turning` models the motion at which the oldest queued command begins to act, so `_predict` goes on from there.
+        A prediction by the dead time alone would over-correct, because a body with a lag does not follow at once.
+        """
         delay, lag = self._delay, self._lag
         if delay == lag == 0.0:
             return

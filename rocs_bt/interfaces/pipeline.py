@@ -84,6 +84,11 @@ class Ticket:
 class Pipeline:
     """Thread-safe action queue of one agent.
 
+    A change of state and its event happen under one lock, so the events have the order of the changes. A decision of
+    the plan takes effect in three steps. `submit`, `cancel` and `update` note it with its due time, or without one if
+    the latency is measured. `charge`, after the turn, sets the times that are missing, the same for the whole turn, so
+    that Execute never runs half of a decision. `settle`, in each period of Execute, applies what is due.
+
     Args:
         clock: Source of time.
         sink: Sink that receives the TicketChanged events.
@@ -95,7 +100,7 @@ class Pipeline:
         self.clock = clock
         self.sink = sink
         self._agent = agent
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # re-entrant: an update with an impossible value fails its ticket
         self._urgent = threading.Condition(self._lock)
         self._high: deque[Ticket] = deque()
         self._normal: deque[Ticket] = deque()
@@ -127,7 +132,7 @@ class Pipeline:
                 )
             self._count += 1
             ticket = Ticket(self._count, action, priority, by, self.clock.now())
-            if priority is Priority.HIGH:
+            if priority is Priority.HIGH:  # cancels and queues under one lock: nothing can be served in between
                 self._preempted += self._normal
                 self._preempt(by)
             elif self._latency is None:
@@ -196,7 +201,7 @@ class Pipeline:
 
     def settle(self) -> None:
         """Apply the updates and cancellations with an elapsed latency; Execute calls this in each period."""
-        if not self._cancellations and not self._updates:
+        if not self._cancellations and not self._updates:  # without the lock: what is added now is applied later
             return
         with self._lock:
             now = self.clock.now() + _SLACK

@@ -148,6 +148,10 @@ class SafetyGate(Actuator):
     device (the physics, or a driver's own thread) must call `check`. The limit on the rate of change does not apply to
     `neutral`.
 
+    The lock is held while the driver takes a command, which may hang. What stops the device therefore waits for it only
+    briefly, and leaves a mark (`_stops`, `_holds`) before; the thread in the driver finds the mark when it returns, and
+    goes to neutral. Events and `on_failure` come after the lock is released, because their handlers stop the robot.
+
     With a `landing`, a body that has moved and then rests, in neutral or by commands not to move, lands after the time
     of the landing: it descends until it is commanded to move.
 
@@ -444,6 +448,7 @@ class SafetyGate(Actuator):
 
     def _limited(self, wanted: Sequence[float], now: float) -> list[float]:
         """Reduce a command to the limits at the present time; the caller holds the lock."""
+        # Commands of one instant start from the command before it, not from each other: one allowance for all of them.
         if now > self._given_at:
             self._before, self._before_at, self._given_at = self._given, self._given_at, now
         return self._limits.apply(wanted, self._before, min(now - self._before_at, self._period))

@@ -52,8 +52,10 @@ class KnowledgeGraph(Readable):
         self.clock = clock
         self._sink = sink
         self.agent = agent
+        # Held during a whole write and its events, so that events have the order of revisions. Reads of one row or
+        # one dict do without it: they are atomic in CPython, and `Row.write` replaces all values of a row at once.
         self._lock = threading.RLock()
-        self._locks = 0
+        self._locks = 0  # depth of `locked`; only the holder of the lock changes it
         self._store = Store(schema)
         self._rows = self._store.rows
         self._declared = {name: kind.attributes for name, kind in schema.kinds.items()}
@@ -222,7 +224,7 @@ class KnowledgeGraph(Readable):
                 row.write(values, t, row["revision"])
         finally:
             lock.release()
-        if self._subscribers.pending and not self._locks:
+        if self._subscribers.pending and not self._locks:  # see `_deliver`; a call less in the most frequent write
             self._subscribers.deliver()
 
     def remove(self, node: str) -> None:

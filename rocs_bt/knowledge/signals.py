@@ -169,6 +169,7 @@ class SignalTable:
             if self._frozen:
                 return
             self._values = np.full(self.size, math.nan)
+            # One expiry for each value, not for each signal: a snapshot finds stale values in one comparison.
             self._expires = np.full(self.size, -math.inf)
             # Live views of both: for a few numbers plain Python is faster than numpy.
             self._numbers = cast("memoryview[float]", self._values.data)
@@ -233,6 +234,7 @@ class SignalTable:
                 if (packed := batch.store(values.values(), t)) is not None:
                     self.revision += len(batch.writers)
                     return packed
+        # All are checked before the first is stored, and outside of the lock, which readers of each period wait for.
         checked = [(w := self.writer(name), w.checked(v, t)) for name, v in values.items()]
         with self._lock:
             for writer, value in checked:

@@ -31,7 +31,7 @@ class Row(dict[str, Any]):
         """Write values, time [s] and revision; a reader without the lock sees all of them or none."""
         values["t"] = t
         values["revision"] = revision
-        dict.update(self, values)
+        dict.update(self, values)  # with keys that are texts, CPython switches to no other thread meanwhile
 
     def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
         return dict, (dict(self),)

@@ -204,6 +204,8 @@ class ReflexArc:
         return before
 
     def _arbitrate(self) -> None:
+        # The order of the cases matters: a rule of higher priority takes over even if the action of the active one has
+        # just ended, and an active rule that is still latched fires again before any rule that waits.
         slot = self._slot
         best = max(self._wanted.values(), key=lambda r: r.priority, default=None)
         if slot is None:

@@ -34,7 +34,7 @@ class EventBatch:
     def flush(self) -> None:
         """Forward the events since the last call."""
         if self._events:
-            events = self._events[:]
+            events = self._events[:]  # a copy, because `emit` is bound to this list
             del self._events[: len(events)]  # first, so that a sink that raises does not get them again
             for sink in self.sinks:
                 sink.take(events)
@@ -74,6 +74,7 @@ class RunRecord:
         self._batch = EventBatch(*([] if recorder is None else [recorder]), self._metrics)
         first = [self._batch] if batched else self._batch.sinks
         self._listeners = [_Listener(sink) for sink in sinks]
+        # The watch comes last and emits into `recorded`: a violation is recorded after the event that shows it.
         recorded = Fanout(*first, *self._listeners)
         self._requirements = RequirementWatch(header.requirements, header.agents, recorded)
         self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded

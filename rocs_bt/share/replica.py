@@ -191,6 +191,8 @@ class Replica:
     def prune(self, stable: Mapping[str, int]) -> int:
         """Delete the entries of removals that every peer has seen; returns the number of deleted entries.
 
+        A removal must stay until then: a peer that has not seen it would send the old value, which would win again.
+
         Args:
             stable: Number of the newest write that every peer has seen, by origin.
         """
