@@ -12,12 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
+from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.base.python_content import load_module
 from rocs_bt.check import check_content
-from rocs_bt.drivers.mujoco import RobotInstance, compose_world
 from rocs_bt.simulation.fall import FallWatch
-from tests.robots.walker import CATALOG, STEP, Walker
+from tests.robots.walker import CATALOG, Walker
 
 LEGS = CATALOG.load_robot("humanoid").file.parent / "legs.py"
 MakeWalker = Callable[..., Walker]
@@ -61,25 +60,6 @@ def test_it_shifts_its_weight_before_it_lifts_a_foot(walker: MakeWalker) -> None
     assert abs(mass - left[1 - lifted]) < 0.75 * abs(mass - left[lifted]), "it is over the foot that stays"
 
 
-@pytest.mark.parametrize(
-    "twist",
-    [
-        Twist2(0.1), Twist2(0.25), Twist2(-0.15), Twist2(0.0, left=0.08), Twist2(0.0, left=-0.08),
-        Twist2(0.0, turn=0.4), Twist2(0.0, turn=-0.8), Twist2(0.2, turn=0.4), Twist2(0.1, left=0.05, turn=-0.3),
-    ],
-    ids=str,
-)  # fmt: skip  # a table
-def test_it_walks_as_commanded_within_a_few_per_cent(walker: MakeWalker, twist: Twist2) -> None:
-    robot = walker()
-    robot.go(twist, 5.0)
-    found = robot.mean_twist(3.0)  # ten steps
-    speed = math.hypot(twist.forward, twist.left)
-    assert math.hypot(found.forward - twist.forward, found.left - twist.left) < 0.08 * speed + 0.01
-    assert abs(found.turn - twist.turn) < 0.05 * abs(twist.turn) + 0.03
-    assert robot.tilt < math.radians(5.0)
-    assert robot.upright
-
-
 @pytest.mark.parametrize("twist", [Twist2(0.2), Twist2(0.0, left=0.08), Twist2(0.0, turn=0.8)], ids=str)
 def test_walking_saturates_no_servo_for_more_than_one_per_cent_of_the_time(walker: MakeWalker, twist: Twist2) -> None:
     robot = walker()
@@ -101,36 +81,6 @@ def test_its_masses_are_those_of_its_parts(walker: MakeWalker) -> None:
     assert sorted(model.body("R/base").inertia) == pytest.approx([0.118, 0.245, 0.330], abs=0.001)
 
 
-@pytest.mark.parametrize("twist", [Twist2(0.25), Twist2(0.0, left=-0.08), Twist2(0.0, turn=0.8)], ids=str)
-def test_neutral_at_full_speed_leaves_it_standing_within_its_stop_distance(walker: MakeWalker, twist: Twist2) -> None:
-    robot = walker()
-    robot.go(twist, 4.0)
-    before = robot.world.pose("R")
-    robot.gait.neutral()
-    robot.wait(2.0)
-    stopped = robot.world.pose("R")
-    sway = 0.04  # [m] of the body over the feet
-    assert before.distance(stopped) <= robot.locomotion.stop_distance(twist) + sway
-    robot.wait(1.0)
-    assert robot.world.pose("R").distance(stopped) < 0.005, "it does not step any more"
-    assert max(soles(robot)) < 0.003
-    assert robot.upright
-
-
-@pytest.mark.parametrize("walking", [Twist2(0.0), Twist2(0.15)], ids=str)
-@pytest.mark.parametrize("force", [30.0, 60.0])
-@pytest.mark.parametrize("direction", range(0, 360, 90))
-def test_a_push_does_not_throw_it_over(walker: MakeWalker, walking: Twist2, force: float, direction: int) -> None:
-    robot = walker()
-    robot.go(walking, 1.5)
-    robot.push(force, math.radians(direction))
-    robot.go(walking, 1.5)
-    assert robot.tilt < math.radians(10.0)
-    robot.go(Twist2(0.0), 2.0)
-    assert robot.upright
-    assert max(soles(robot)) < 0.003, "it rests again"
-
-
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 12))])
 def test_a_minute_of_random_commands_does_not_throw_it_over(walker: MakeWalker, seed: int) -> None:
     robot, rng = walker(), np.random.default_rng(seed)
@@ -150,20 +100,6 @@ def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker) -> None:
         robot.wait(0.05)
         fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
     assert fallen
-
-
-def test_two_touch_each_other_but_not_themselves(tmp_path: Path) -> None:
-    arena = tmp_path / "arena.xml"
-    arena.write_text('<mujoco><worldbody><geom name="floor" type="plane" size="0 0 1"/></worldbody></mujoco>')
-    model = CATALOG.load_robot("humanoid").model
-    assert model is not None
-    world = compose_world(arena, [RobotInstance(name, model) for name in ("R", "Q")], step=STEP)
-    world.place("Q", Pose2(0.0, 2.0))
-    world.advance(1)
-    assert not [pair for pair in world.data.contact.geom.tolist() if world.model.geom("floor").id not in pair]
-    world.place("Q", Pose2(0.1, 0.0))
-    world.advance(1)
-    assert {contact.robot for contact in world.contacts()} == {"R", "Q"}
 
 
 @settings(max_examples=200, deadline=None)

@@ -9,10 +9,9 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
-from rocs_bt.drivers.mujoco import RobotInstance, compose_world
+from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.simulation.fall import FallWatch
-from tests.robots.walker import CATALOG, STEP, Walker
+from tests.robots.walker import Walker
 
 MakeWalker = Callable[..., Walker]
 
@@ -34,52 +33,6 @@ def test_it_stands_still_without_stepping(walker: MakeWalker) -> None:
     assert abs(wrap_angle(end.yaw - start.yaw)) < math.radians(0.2)
     assert max(height) - min(height) < 0.002
     assert robot.tilt < math.radians(2.0)
-
-
-@pytest.mark.parametrize(
-    "twist",
-    [
-        Twist2(0.5), Twist2(-0.3), Twist2(0.0, left=0.3), Twist2(0.0, left=-0.2), Twist2(0.0, turn=1.0),
-        Twist2(0.0, turn=-1.5), Twist2(0.4, turn=0.6), Twist2(0.3, left=0.15, turn=-0.4),
-    ],
-    ids=str,
-)  # fmt: skip  # a table
-def test_it_walks_as_commanded_within_a_few_per_cent(walker: MakeWalker, twist: Twist2) -> None:
-    robot = walker()
-    robot.go(twist, 1.6)
-    found = robot.mean_twist(2.0)  # five cycles of the gait
-    speed = math.hypot(twist.forward, twist.left)
-    assert math.hypot(found.forward - twist.forward, found.left - twist.left) < 0.05 * speed + 0.01
-    assert abs(found.turn - twist.turn) < 0.05 * abs(twist.turn) + 0.03
-    assert robot.tilt < math.radians(8.0)
-    assert robot.upright
-
-
-@pytest.mark.parametrize("twist", [Twist2(0.6), Twist2(0.0, left=-0.3), Twist2(0.0, turn=1.5)], ids=str)
-def test_neutral_at_full_speed_leaves_it_standing_within_its_stop_distance(walker: MakeWalker, twist: Twist2) -> None:
-    robot = walker()
-    robot.go(twist, 1.6)
-    before = robot.world.pose("R")
-    robot.gait.neutral()
-    robot.wait(1.5)
-    stopped = robot.world.pose("R")
-    assert before.distance(stopped) <= robot.locomotion.stop_distance(twist) + 0.02
-    robot.wait(1.0)
-    assert robot.world.pose("R").distance(stopped) < 0.005, "it does not step any more"
-    assert robot.upright
-
-
-@pytest.mark.parametrize("walking", [Twist2(0.0), Twist2(0.4)], ids=str)
-@pytest.mark.parametrize("force", [60.0, 100.0])
-@pytest.mark.parametrize("direction", range(0, 360, 90))
-def test_a_push_does_not_throw_it_over(walker: MakeWalker, walking: Twist2, force: float, direction: int) -> None:
-    robot = walker()
-    robot.go(walking, 1.0)
-    robot.push(force, math.radians(direction))
-    robot.wait(1.0)
-    assert robot.tilt < math.radians(12.0)
-    robot.go(Twist2(0.0), 1.0)
-    assert robot.upright
 
 
 @pytest.mark.parametrize("speed", [0.3, 0.5])
@@ -171,18 +124,3 @@ def test_scanners_and_hips_collide(walker: MakeWalker, part: str) -> None:
     world.advance(1)
     touching = {world.model.geom(geom).name for pair in world.data.contact.geom.tolist() for geom in pair}
     assert f"R/{part}" in touching
-
-
-def test_two_touch_each_other_with_trunk_and_legs(tmp_path: Path) -> None:
-    spec = CATALOG.load_robot("quadruped")
-    arena = tmp_path / "arena.xml"
-    arena.write_text('<mujoco><worldbody><geom name="floor" type="plane" size="0 0 1"/></worldbody></mujoco>')
-    assert spec.model is not None
-    world = compose_world(arena, [RobotInstance(name, spec.model) for name in ("R", "Q")], step=STEP)
-    world.place("R", Pose2(0.0, 0.0))
-    world.place("Q", Pose2(0.0, 2.0))
-    world.advance(1)
-    assert world.contacts() == [], "its own parts do not touch each other"
-    world.place("Q", Pose2(0.3, 0.0))
-    world.advance(1)
-    assert {contact.robot for contact in world.contacts()} == {"R", "Q"}
