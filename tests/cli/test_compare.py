@@ -12,34 +12,6 @@ duration = "0.5 s"
 """
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["tree"], "no scenes given"),
-        (["--scenario", "exp1"], "Name planners, or robots"),
-        (["--robot", "pioner_p3dx", "--scenario", "exp1"], "Did you mean 'pioneer_p3dx'"),
-        (["nonsense", "--scenario", "exp1"], "no planner is named 'nonsense'"),
-        (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
-        (["tree", "--scenario", "nonsense"], "'nonsense' is neither a scenario"),
-        (["tree", "--scenario", "exp1", "--agent", "R9"], "no agent is named 'R9'"),
-        (["tree", "--scenario", "exp1", "--metric", "speed"], "no metric is named 'speed'"),
-        (["tree", "--scenario", "exp1", "--stop-early"], "--stop-early needs at least two planners"),
-        (["tree", "tree", "--scenario", "exp1"], "two planners are named 'tree'"),
-        (["tree", "--family", "barn_like", "--set", "robot"], "--set takes NAME=VALUE"),
-        (["tree", "--family", "barn_like", "--set", "nonsense=1"], "nonsense"),
-        (["tree", "--family", "crowd", "--set", "middle=-1"], "middle must be 0 or more and finite, found -1"),
-        (["tree", "--family", "office", "--set", "rooms=0"], "rooms must be positive and finite, found 0"),
-        (["tree", "--scenario", "exp1", "--report", "/dev/null/page.html"], "'/dev/null/page.html' cannot be written"),
-        (["tree", "--scenario", "exp1", "--markdown", "/dev/null/a.md"], "'/dev/null/a.md' cannot be written"),
-    ],
-)
-def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
-    told = rocs_bt("compare", *arguments, "--jobs", 1)
-    assert told.code == 2
-    assert words in told.err
-    assert "Traceback" not in told.err
-
-
 def test_a_comparison_tells_estimates_outcomes_and_verdicts(rocs_bt, tmp_path):
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "brief.toml").write_text(SHORT)

@@ -79,19 +79,8 @@ def test_it_adds_to_the_project_around_the_current_folder(rocs_bt, project, monk
     ("arguments", "message"),
     [
         (["patrol", "--kind", "mission"], "the mission 'patrol' already exists"),  # in Python
-        (["keep_clear", "--kind", "rules"], "the rules 'keep_clear' already exists"),
-        (["rover", "--kind", "robot"], "the robot 'rover' already exists"),
-        (["yard", "--kind", "scenario"], "the scenario 'yard' already exists"),  # its world
         (["a b", "--kind", "mission"], "'a b' is not a valid name"),
-        (["../a", "--kind", "mission"], "'../a' is not a valid name"),
-        (["a.xml", "--kind", "mission"], "'a.xml' is not a valid name"),
         (["", "--kind", "rules"], "'' is not a valid name"),
-        (["a", "--kind", "world"], "'world' is not one of"),
-        (["a", "--kind", "rules", "--python"], "--python is for missions and planners"),
-        (["a", "--kind", "mission", "--family", "maze"], "--family is for planners"),
-        (["a", "--kind", "planner", "--family", "mazes"], "no family is named 'mazes'. Did you mean 'maze'?"),
-        (["other"], "rocs-bt new NAME --kind mission|rules|robot|scenario|planner"),
-        (["deep/er/other"], "is inside the project"),
     ],
 )
 def test_a_refused_call_says_why_and_writes_nothing(rocs_bt, project, arguments, message):

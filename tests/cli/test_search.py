@@ -38,26 +38,6 @@ def bare(tmp_path):
     return "--family", "bare", "--jobs", 1
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["nonsense", "--family", "maze"], "no planner is named 'nonsense'"),
-        (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
-        (["tree"], "--family"),
-        (["tree", "--family", "maze", "--set", "rows"], "--set takes NAME="),
-        (["tree", "--family", "maze", "--vary", "rows=3"], "is not a range of rows"),
-        (["tree", "--family", "maze", "--failure", "success"], "success"),
-        (["oracle", "--family", "maze"], "is an oracle"),
-        (["tree", "--family", "maze", "--out", ".", "--name", "a b"], "is not a valid scenario name"),
-    ],
-)
-def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
-    told = rocs_bt("search", *arguments)
-    assert told.code == 2
-    assert words in told.err
-    assert "Traceback" not in told.err
-
-
 def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare):
     told = rocs_bt("search", "none", *bare, "--budget", 12, "--out", ".")
     assert told.code == 1, told.err
