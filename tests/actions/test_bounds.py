@@ -14,38 +14,6 @@ from rocs_bt.interfaces.pipeline import TicketState
 
 
 @pytest.mark.parametrize(
-    ("action", "parameters", "message"),
-    [
-        ("GoTo", {"goal": "g", "cruise": -0.5}, "cruise of GoTo must be positive and finite, found -0.5 m/s."),
-        ("GoTo", {"goal": "g", "cruise": 0.0}, "cruise of GoTo must be positive and finite, found 0 m/s."),
-        ("GoTo", {"goal": "g", "cruise": math.inf}, "cruise of GoTo must be positive and finite, found inf m/s."),
-        ("GoTo", {"goal": "g", "cruise": math.nan}, "cruise of GoTo must be positive and finite, found nan m/s."),
-        ("GoTo", {"goal": "g", "cruise": "fast"}, "cruise of GoTo must be a number, found 'fast'."),
-        ("GoTo", {"goal": "g", "tolerance": -0.1}, "tolerance of GoTo must be 0 or more and finite, found -0.1 m."),
-        ("FollowPath", {"points": [(0, 0), (1, math.inf)]}, "points of FollowPath must be finite, found inf m."),
-        ("FollowPath", {"points": [(0, 0)], "corner_radius": -1}, "corner_radius of FollowPath must be 0 or more and"),
-        ("AvoidCollision", {"turn": 1.0, "rate": -2.5}, "rate of AvoidCollision must be positive and finite, found -2"),
-        ("AvoidCollision", {"turn": 1.0, "duration": -1.5}, "duration of AvoidCollision must be positive and finite"),
-        ("AvoidCollision", {"turn": 1.0, "duration": math.inf}, "duration of AvoidCollision must be positive and"),
-        ("AvoidCollision", {"turn": math.inf}, "turn of AvoidCollision must be finite, found inf rad."),
-        ("Flinch", {"speed": -0.35, "timeout": 0.0}, "timeout of Flinch must be positive and finite, found 0 s."),
-        ("Flinch", {"speed": -0.35, "distance": math.inf}, "distance of Flinch must be positive and finite, found inf"),
-        ("SetWheelSpeed", {"speeds": [0.1, math.nan]}, "speeds of SetWheelSpeed must be finite, found nan m/s."),
-        (
-            "SetWheelSpeed",
-            {"speeds": [0, 0], "duration": -1},
-            "duration of SetWheelSpeed must be 0 or more, found -1 s",
-        ),
-        ("GoToOrigin", {"speed": -0.3}, "speed of GoToOrigin must be positive and finite, found -0.3 m/s."),
-    ],
-)
-def test_a_value_that_makes_no_sense_is_refused_with_what_would(action, parameters, message):
-    with pytest.raises(InputError) as caught:
-        make_action(ACTIONS, action, parameters)
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
     ("action", "parameters"),
     [
         ("Flinch", {"speed": -0.35}),

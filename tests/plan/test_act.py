@@ -7,7 +7,6 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
 from rocs_bt.actions import Flinch, SetWheelSpeed
-from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Replanned, TicketChanged
 from rocs_bt.interfaces.action import Reason
@@ -258,19 +257,3 @@ class TestMaking:
     def test_quantities_carry_their_unit(self, mind, goal):
         leaf = mind.mission.act("GoTo", goal=goal, cruise="30 cm/s")
         assert leaf.make().cruise == pytest.approx(0.3)
-
-    @pytest.mark.parametrize(
-        ("action", "parameters", "message"),
-        [
-            ("GoTwo", {}, "no action is named 'GoTwo'. Did you mean 'GoTo'"),
-            ("GoTo", {"goal": "goal", "speed": 0.5}, "no parameter of GoTo is named 'speed'"),
-            ("GoTo", {}, "GoTo needs goal"),
-            ("GoTo", {"goal": "goal", "cruise": "0.5 s"}, "cruise of GoTo must be in m/s, found '0.5 s'"),
-            ("GoTo", {"goal": "goal", "cruise": "-0.5 m/s"}, "cruise of GoTo must be positive and finite, found -0.5"),
-            ("GoTo", {"goal": "goal", "cruise": 0.0}, "cruise of GoTo must be positive and finite, found 0 m/s"),
-        ],
-    )
-    def test_what_is_wrong_is_told_when_the_tree_is_built(self, mind, action, parameters, message):
-        with pytest.raises(InputError) as caught:
-            mind.mission.act(action, **parameters)
-        assert message in str(caught.value)
