@@ -15,6 +15,7 @@ import click
 
 from ..base.errors import Fault, InputError
 from ..base.files import check_writable, write_whole
+from ..base.registered import load
 from ..base.words import counted
 from ..catalog import Catalog
 from .compare_cold import cold_options, cold_plan, print_cold
@@ -118,7 +119,6 @@ def command(
     """
     from ..compare import Comparison, Store, SweepOptions, sweep
     from ..compare.metric import DEFAULT_METRICS, metric
-    from ..search.cluster import dask_executor
 
     catalog = Catalog.here(code=not no_code)
     judged = metrics or DEFAULT_METRICS
@@ -141,7 +141,7 @@ def command(
     )
     with ExitStack() as stack:
         kept = stack.enter_context(Store(store))
-        executor = None if cluster is None else stack.enter_context(dask_executor(cluster))
+        executor = None if cluster is None else stack.enter_context(load("rocs_bt.services", "cluster")(cluster))
         progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
         found = sweep(
             chosen,

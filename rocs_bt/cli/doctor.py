@@ -17,10 +17,10 @@ import click
 
 from ..base.current_folder import safe_path
 from ..base.errors import Fault, InputError, RocsError
+from ..base.registered import load
 from ..base.units import Bounds
 from ..catalog import Catalog
 from ..reactive import kernel_missing
-from ..ros2.doctor.command import examine_ros2
 from .docs import find_manual
 from .quantity import QuantityType
 from .terminal import echo, styled
@@ -76,7 +76,7 @@ def command(ctx: click.Context, robot: str | None, ros2: bool, duration: float, 
     is missing, 3 if a required part of the installation is missing.
     """
     if ros2:
-        ctx.exit(examine_ros2(robot, network, duration))
+        ctx.exit(load("rocs_bt.commands", "doctor.ros2")(robot, network, duration))
     if robot is not None:
         hint = f"Write: rocs-bt doctor --ros2 {robot}."
         raise InputError(Fault("a robot is examined only with --ros2.", hint=hint))

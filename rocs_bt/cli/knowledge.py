@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ import click
 from ..base.errors import Fault, InputError, KnowledgeError
 from ..base.files import read_text, write_whole
 from ..base.geometry import Pose2
+from ..base.registered import load, registered
 from ..base.units import NOT_NEGATIVE
 from ..catalog import Catalog
 from .content import json_option, open_recording
@@ -282,26 +282,13 @@ def _use_lines(state: Readable, use: str) -> Iterator[str]:
     yield from (f"    {line}" for line in known.get("why", "no reason recorded").splitlines())
 
 
-@click.command()
-@click.argument("members", nargs=-1, required=True)
-@click.option("--out", default="keys", show_default=True, type=click.Path(path_type=Path), help="Folder of the group.")
-def keys(members: tuple[str, ...], out: Path) -> None:
-    """Make keys for MEMBERS, such as the names of the agents, that share knowledge over a network.
-
-    Copy each member's folder to its robot, and name it in the scenario: [share] keys = "keys/R2". The file
-    authority.key signs further members; do not copy it to a robot. A group that has keys keeps them.
-    """
-    from ..share.keys import make_keys
-
-    for folder in make_keys(out, members, datetime.now(UTC)):
-        echo(f"{folder}: keys of {folder.name}. Copy them to that robot only, over a trusted connection.")
-    echo(f"{out / 'authority.key'}: signs further members. Keep it here and secret.")
-
-
 @click.group()
 def command() -> None:
     """Query, draw, export and import the knowledge of agents, and make keys for sharing it."""
 
 
-for each in (query, why, show, export, take, keys):
+for each in (query, why, show, export, take):
     command.add_command(each)
+for name in registered("rocs_bt.commands"):
+    if name.startswith("knowledge."):
+        command.add_command(load("rocs_bt.commands", name))

@@ -30,7 +30,6 @@ COMMANDS = {
     "drive": "Run a scenario on its real robots, after a check of their sensors.",
     "replay": "Re-run agents on recorded sensor data, explain a moment, or evaluate rules on a ROS bag.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
-    "export": "Write a run as a ROS 2 bag, for rviz, PlotJuggler and Foxglove.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",
     "compare": "Compare planners over many scenes and seeds, with statistical verdicts.",
     "scene": "Generate scenes of a family as scenarios, and report their difficulty.",
@@ -69,8 +68,11 @@ class _LazyGroup(click.Group):
 
 
 def _added() -> list[str]:
-    """Commands that wings and other packages register; a name of the core stays the core's."""
-    return [name for name in registered(_GROUP) if name not in COMMANDS]
+    """Commands that wings and other packages register; a name of the core stays the core's.
+
+    A name with a dot is a part of a command: `replay.bag` of `replay`, `knowledge.keys` of the group `knowledge`.
+    """
+    return [name for name in registered(_GROUP) if name not in COMMANDS and "." not in name]
 
 
 def _description(name: str) -> str:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
+from ..base.registered import load
 from ..base.units import FREQUENCY, NOT_NEGATIVE, POSITIVE
-from ..base.words import counted
 from ..catalog import Catalog
-from .content import catalog_for, no_code_option, open_recording
+from .content import no_code_option, open_recording
 from .quantity import QuantityType
 from .terminal import echo
 
@@ -65,7 +65,9 @@ def command(
             raise click.UsageError("--bag excludes RUN, --why, --all, --agent and --changed-content.")
         if robot is None:
             raise click.UsageError("--bag needs --robot, a robot with sensors that read topics of ROS 2.")
-        _replay_bag(bag, robot, rules, out, begin or 0.0, duration, 20.0 if rate is None else rate, no_code)
+        limit = math.inf if duration is None else duration
+        over_bag = load("rocs_bt.commands", "replay.bag")
+        over_bag(bag, robot, rules, out, begin or 0.0, limit, 20.0 if rate is None else rate, no_code)
         return 0
     if run is None:
         raise click.UsageError("Missing argument 'RUN', or --bag.")
@@ -91,31 +93,3 @@ def _replay_run(
         return 0
     echo(difference.text(everything=everything))
     return 1
-
-
-def _replay_bag(
-    bag: Path,
-    robot: str,
-    rules: tuple[str, ...],
-    out: Path | None,
-    begin: float,
-    duration: float | None,
-    rate: float,
-    no_code: bool,
-) -> None:
-    from ..ros2.bags.replay import replay_bag
-    from .rules import replay_rules_on
-
-    limit = math.inf if duration is None else duration
-    catalog = catalog_for(robot, no_code=no_code)
-    files = [catalog_for(file, no_code=no_code).find("rules", file).path for file in rules]
-    folder = out or Path("runs") / bag.resolve().stem
-    found = replay_bag(bag, catalog.load_robot(robot), catalog, folder, start=begin, duration=limit, control=rate)
-    for sensor, topics in found.topics.items():
-        named = topics if len(topics) < 4 else (topics[0], "...", topics[-1])
-        count = counted(sum(found.counts[topic] for topic in topics), "message")
-        echo(f"  {sensor}: {', '.join(named)} ({count})" if topics else f"  {sensor}: not in the bag, so it is invalid")
-    for file in files:
-        replay_rules_on(found.recording, file, catalog, folder / "rules")
-    echo(f"Recording: {found.recording.path}")
-    echo(f"Try next: rocs-bt rules tune FILE {folder} --rule RULE --threshold NAME   or   rocs-bt plot {folder}")

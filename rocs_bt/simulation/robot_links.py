@@ -13,7 +13,6 @@ import numpy.typing as npt
 from ..base.geometry import Pose3
 from ..drivers.mujoco import DriverWorld
 from ..drivers.mujoco.body import collides, find_bodies
-from ..ros2.messages.names import BASE
 
 Matrix = npt.NDArray[np.float64]
 """Pose as a homogeneous matrix, shape (4, 4)."""
@@ -110,7 +109,7 @@ class RobotLinks:
         self._world, self._model, self._prefix = world, world.model, f"{robot}/"
         body = find_bodies(world.model, [robot])[robot]
         self.height = body.height
-        base = Link(BASE, None, np.eye(4), None)
+        base = Link("base_link", None, np.eye(4), None)
         self.links = [base]
         self._of: dict[int, tuple[Link, Matrix]] = {body.root: (base, np.eye(4))}  # link of a body, and its pose there
         children = range(body.root + 1, world.model.nbody)

@@ -42,7 +42,7 @@ def test_every_call_of_the_table_exists():
 
 def test_every_command_is_in_the_table():
     table = "".join(re.findall(r"^\|.*", PAGE, re.MULTILINE))
-    known = {*COMMANDS, *registered("rocs_bt.commands")}
+    known = {*COMMANDS, *(name for name in registered("rocs_bt.commands") if "." not in name)}
     assert known - {"language-server", "studio"} <= set(re.findall(r"`rocs-bt ([a-z]+)`", table)) <= known
 
 

@@ -1,4 +1,4 @@
-"""`rocs-bt export`: a recording in the format of another tool."""
+"""`rocs-bt export`: a recording as a bag; `rocs-bt replay --bag`: rules on a bag."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from pathlib import Path
 
 import click
 
-from .content import open_recording
-from .terminal import echo
+from ...base.words import counted
+from ...cli.content import catalog_for, open_recording
+from ...cli.terminal import echo
 
 
 @click.command()
@@ -35,7 +36,7 @@ def command(run: Path, out: Path, storage: str, start: str) -> None:
 
     A recording that was cut off or damaged is exported up to there. Several agents have a namespace each.
     """
-    from ..ros2.bags.export import export_rosbag, start_time
+    from .export import export_rosbag, start_time
 
     recording = open_recording(run)
     bag = export_rosbag(recording, out, storage=storage, start=start_time(start))
@@ -47,3 +48,31 @@ def command(run: Path, out: Path, storage: str, start: str) -> None:
     count = sum(count for _, count in bag.topics.values())
     echo(f"{bag.folder}: {count} messages on {len(bag.topics)} topics, {bag.duration:.1f} s.")
     echo(f"Try next: ros2 bag play {shlex.quote(str(bag.folder))}   (nodes with use_sim_time:=true)")
+
+
+def replay_bag_file(
+    bag: Path,
+    robot: str,
+    rules: tuple[str, ...],
+    out: Path | None,
+    begin: float,
+    duration: float,
+    rate: float,
+    no_code: bool,
+) -> None:
+    """Replay rules on the topics of a bag, and print what they would have done; `rocs-bt replay --bag`."""
+    from ...cli.rules import replay_rules_on
+    from .replay import replay_bag
+
+    catalog = catalog_for(robot, no_code=no_code)
+    files = [catalog_for(file, no_code=no_code).find("rules", file).path for file in rules]
+    folder = out or Path("runs") / bag.resolve().stem
+    found = replay_bag(bag, catalog.load_robot(robot), catalog, folder, start=begin, duration=duration, control=rate)
+    for sensor, topics in found.topics.items():
+        named = topics if len(topics) < 4 else (topics[0], "...", topics[-1])
+        count = counted(sum(found.counts[topic] for topic in topics), "message")
+        echo(f"  {sensor}: {', '.join(named)} ({count})" if topics else f"  {sensor}: not in the bag, so it is invalid")
+    for file in files:
+        replay_rules_on(found.recording, file, catalog, folder / "rules")
+    echo(f"Recording: {found.recording.path}")
+    echo(f"Try next: rocs-bt rules tune FILE {folder} --rule RULE --threshold NAME   or   rocs-bt plot {folder}")
