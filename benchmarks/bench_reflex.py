@@ -32,7 +32,7 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.running import SinkThread
-from rocs_bt.share import Sharing
+from rocs_bt.share.sharing import Sharing
 from rocs_bt.testing.mock_agent import MockDevices, mock_agent, mock_rates
 
 CROSSINGS = size(200, 2)

@@ -22,7 +22,10 @@ from row import Row, size
 from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.share import LocalNetwork, Replica, Scope, Sharing
+from rocs_bt.share.network import LocalNetwork
+from rocs_bt.share.replica import Replica
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Sharing
 
 PEERS = size((2, 5, 20), (2,))
 WRITES = size(200, 3)  # writes of the latency test

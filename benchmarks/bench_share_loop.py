@@ -25,7 +25,9 @@ from row import Row, size
 from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.share import Entry, Scope, Sharing
+from rocs_bt.share.replica import Entry
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Sharing
 from rocs_bt.share.wire import Delta, Request, TextMessage, encode
 from rocs_bt.share.zenoh_network import ZenohNetwork
 

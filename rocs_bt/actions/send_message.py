@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.units import PositiveSeconds
 from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
-from ..share import ALL, Delivery
+from ..interfaces.message import ALL, Delivery
 
 
 @dataclass(kw_only=True, eq=False)

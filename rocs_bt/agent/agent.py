@@ -18,9 +18,9 @@ import numpy as np
 from ..base.errors import ActuatorError, BlockError, InputError, interrupts
 from ..base.raised import describe, raised_at
 from ..event import AgentStopped, BlockFailed, SensorFailed, SwapRefused
+from ..interfaces.service import Service
 from ..knowledge import Knowledge
 from ..plan import TreePlan
-from ..share import Sharing
 from ..trees.nodes import Node
 from .exceptions import ContentExceptions
 from .parts import Blocks, Rates, RobotDevices, Runtime
@@ -66,7 +66,7 @@ class Agent:
         runtime: Runtime,
         *,
         rule_files: Sequence[RuleFile] = (),
-        sharing: Sharing | None = None,
+        sharing: Service | None = None,
     ) -> None:
         self.name = name
         self.knowledge = knowledge

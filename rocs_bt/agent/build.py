@@ -22,13 +22,14 @@ from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
 from ..interfaces.action import Action
 from ..interfaces.device import Sensor
+from ..interfaces.message import Mailbox
 from ..interfaces.pipeline import Pipeline
 from ..interfaces.safety import SafetyGate
+from ..interfaces.service import Service
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from ..ros2.messages.known_types import installed_types
-from ..share import Mailbox, Sharing
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime
@@ -89,7 +90,7 @@ def build_agent(
     *,
     load_class: LoadClass = load_class_from_file,
     cached: Cache = lambda key, make: make(),
-    share: Callable[[Knowledge], Sharing] | None = None,
+    share: Callable[[Knowledge], Service] | None = None,
     faults: list[Fault] | None = None,
 ) -> Agent:
     """Build, connect and check all blocks of one agent, without running them.
@@ -155,7 +156,7 @@ def _body(
     locomotion: Locomotion,
     rates: Rates,
     runtime: Runtime,
-    sharing: Sharing | None,
+    sharing: Service | None,
 ) -> RobotBody:
     """Create the body of the robot, which the agent's actions use."""
     body = RobotBody(
@@ -289,7 +290,7 @@ def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
     enter()
 
 
-def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
+def _with_mailbox(sharing: Service, sensors: Mapping[str, Sensor]) -> Service:
     """Connect the sharing to the robot's mailbox sensor, which gets the received messages; returns the sharing."""
     sharing.messenger.message_queue = next((s.message_queue for s in sensors.values() if isinstance(s, Mailbox)), None)
     return sharing

@@ -13,8 +13,8 @@ from functools import partial
 
 from ..analyze import Analyze
 from ..base.clock import WallClock
+from ..interfaces.service import Service
 from ..monitor import Monitor
-from ..share import Sharing
 from .agent import Agent
 from .heartbeat import Heartbeat
 from .worker import FAST_SWITCHING, Step, Ticker, Worker
@@ -145,12 +145,12 @@ class ThreadedRunner:
         self._act_at = (now() if late else self._act_at) + self._period
         return not self._stop.is_set()
 
-    def _wait_share(self, sharing: Sharing) -> bool:
+    def _wait_share(self, sharing: Service) -> bool:
         """Wait until there is something to share or the control period is over, and the next cycle is allowed."""
         sharing.awake.wait(self._period)
         return self._clock.wait_until(max(sharing.due_at, self._rested_at), self._stop)
 
-    def _share(self, sharing: Sharing) -> None:
+    def _share(self, sharing: Service) -> None:
         begun = self._clock.now()
         sharing.run(begun)
         ended = self._clock.now()

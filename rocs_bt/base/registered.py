@@ -13,6 +13,7 @@ from .errors import Fault, InputError, unknown
 from .files import is_file, read_text
 
 GROUPS: Final[Mapping[str, str]] = {
+    "rocs_bt.checks": "check",
     "rocs_bt.commands": "command",
     "rocs_bt.report": "page of a run",
     "rocs_bt.services": "service beside runs",

@@ -10,6 +10,7 @@ import msgspec
 from ..agent import Agent
 from ..base.errors import Fault, collected, located_at
 from ..base.files import read_text
+from ..base.registered import load
 from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
 from ..expression import Environment
 from ..plan import Plan
@@ -17,7 +18,6 @@ from ..plan.mission_texts import words_in
 from ..reactive import Rule
 from ..reactive.analysis import analyse_fit
 from ..running import Build, Run
-from ..share.scenario import share_faults
 from ..simulation import on_hardware
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible
@@ -50,7 +50,8 @@ def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
         with collected(found), located_at(scenario.file, agent.line):
             if agent.name in built:
                 found += _agent_faults(scenario, agent, catalog, built[agent.name])
-    found += share_faults(scenario, catalog.load_schema())
+    if scenario.share is not None:
+        found += load("rocs_bt.checks", "share")(scenario, catalog.load_schema())
     found += _late_pushes(scenario)
     found += _slow_sensors(scenario, catalog)
     yield from found

@@ -21,8 +21,8 @@ from ..base.errors import DeviceError, Fault, InputError, unknown
 from ..base.geometry import Pose2, along_arc
 from ..control.locomotion import Locomotion
 from ..interfaces.device import Actuator, Reading, Sensor
+from ..interfaces.message import MessageQueue, packed
 from ..interfaces.safety import SafetyGate
-from ..share import MessageQueue, packed
 from .common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
 from .parameters import (
     DRIVER_PARAMETERS,

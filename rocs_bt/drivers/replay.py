@@ -10,7 +10,7 @@ from ..base.errors import DeviceError
 from ..base.raised import RecordedException
 from ..event import ContentRaised, Event, SensorFailed, SensorRead
 from ..interfaces.device import Actuator, Reading, Sensor
-from ..share import MessageQueue, packed
+from ..interfaces.message import MessageQueue, packed
 
 SensorEvent = SensorRead | SensorFailed | ContentRaised
 """Recorded events from which a sensor is replayed."""

@@ -17,8 +17,8 @@ from ..interfaces.safety import SafetyGate
 if TYPE_CHECKING:
     from ..control.follower import Follower
     from ..control.locomotion import Locomotion
+    from ..interfaces.message import Messenger
     from ..knowledge import Knowledge
-    from ..share import Messenger
 
 
 @dataclass

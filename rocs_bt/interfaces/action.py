@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # types of Body only: at run time this module imports no high
     from ..control.locomotion import Locomotion
     from ..control.trail import Trail
     from ..knowledge import Knowledge
-    from ..share import Messenger
+    from .message import Messenger
 
 
 class Progress(Enum):

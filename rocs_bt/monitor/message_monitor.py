@@ -12,7 +12,7 @@ from ..base.signal import Signal
 from ..base.units import NONE
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
-from ..share import ReceivedMessage, unpacked
+from ..interfaces.message import ReceivedMessage, unpacked
 from .monitor import Monitor
 
 

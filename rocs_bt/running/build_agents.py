@@ -9,6 +9,7 @@ from functools import partial
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, collected, located_at
+from ..base.registered import load
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
 from ..declare import Open, place_of
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
@@ -16,7 +17,6 @@ from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
 from ..plan import CheckOptions, Plan, mission_actions
 from ..plan.mission_texts import nodes_in
-from ..share.scenario import sharing_of
 from ..simulation.random_streams import stream
 from .options import Build
 
@@ -68,7 +68,8 @@ def build_agents(
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
     shares, agents = {}, []
     with collected(faults):
-        shares = sharing_of(scenario, runtime.clock, seed)
+        if scenario.share is not None:
+            shares = load("rocs_bt.services", "share")(scenario, runtime.clock, seed)
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         build = (missions or {}).get(agent.name)

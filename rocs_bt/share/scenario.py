@@ -12,8 +12,10 @@ from ..base.errors import Fault, InputError, located_at
 from ..catalog import ScenarioSpec, ShareSpec
 from ..knowledge import Knowledge, Schema
 from ..simulation.random_streams import NETWORK, stream
-from . import Ageing, Impairments, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork
 from .keys import Keys
+from .network import Impairments, LocalNetwork, Network, SimulatedNetwork
+from .scope import Scope
+from .sharing import Ageing, Sharing
 from .zenoh_network import ZenohNetwork, check_address
 
 Join = Callable[[Knowledge], Sharing]
@@ -21,7 +23,7 @@ Join = Callable[[Knowledge], Sharing]
 
 
 def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Join]:
-    """Functions that set up knowledge sharing for each agent, by agent; empty if the scenario shares nothing.
+    """Functions that set up knowledge sharing for each agent, by agent, of a scenario with a table `[share]`.
 
     In lockstep the agents share over a network inside the process, so that a run is repeatable. On wall time they also
     share with other processes, if the table declares an address.
@@ -30,8 +32,7 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
         InputError: Unknown kind or relation, or unusable address.
     """
     spec = scenario.share
-    if spec is None:
-        return {}
+    assert spec is not None  # the core asks only for scenarios with this table
     repeats = isinstance(clock, SimulatedClock)
     with located_at(scenario.file, spec.line):
         network, key = _network(scenario, spec, clock, seed)
@@ -56,8 +57,7 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
 def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
     """Faults in a scenario's `[share]` table with respect to the schema and the network."""
     spec, faults = scenario.share, list[Fault]()
-    if spec is None:
-        return faults
+    assert spec is not None  # the core asks only for scenarios with this table
     checks: list[Callable[[], object]] = [lambda: Scope(schema, spec.kinds, spec.relations, spec.private)]
     addresses = [spec.listen, *spec.peers] if spec.listen else []
     checks += [partial(check_address, address, private=spec.keys is not None) for address in addresses]

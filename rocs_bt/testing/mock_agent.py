@@ -15,8 +15,8 @@ from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
 from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..interfaces.safety import SafetyGate
+from ..interfaces.service import Service
 from ..knowledge import Knowledge
-from ..share import Sharing
 
 
 @dataclass
@@ -90,7 +90,7 @@ def mock_agent(
     rates: Rates | None = None,
     prepare: Callable[[MockDevices], None] = lambda mock: None,
     load: LoadClass = load_class,
-    share: Callable[[Knowledge], Sharing] | None = None,
+    share: Callable[[Knowledge], Service] | None = None,
 ) -> tuple[Agent, MockDevices]:
     """Build an agent on mock devices; returns the agent and the devices.
 

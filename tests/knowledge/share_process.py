@@ -14,9 +14,11 @@ from pathlib import Path
 
 from rocs_bt.base.clock import WallClock
 from rocs_bt.event import NullSink
+from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.share import MessageQueue, Scope, Sharing
 from rocs_bt.share.keys import Keys
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Sharing
 from rocs_bt.share.zenoh_network import ZenohNetwork
 
 

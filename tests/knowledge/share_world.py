@@ -14,7 +14,10 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import NONE
 from rocs_bt.event import ListSink
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
-from rocs_bt.share import Ageing, Entry, Impairments, Scope, Sharing, SimulatedNetwork
+from rocs_bt.share.network import Impairments, SimulatedNetwork
+from rocs_bt.share.replica import Entry
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Ageing, Sharing
 from rocs_bt.share.wire import Delta
 
 TURN = 0.05  # [s]

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.event import PeerAppeared, PeerFault
-from rocs_bt.share import Counts, Entry
-from rocs_bt.share.inbox import PER_SENDER, Inbox
+from rocs_bt.share.inbox import PER_SENDER, Counts, Inbox
+from rocs_bt.share.replica import Entry
 from rocs_bt.share.wire import (
     FRAME_LIMIT,
     Ack,

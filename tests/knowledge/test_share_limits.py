@@ -11,9 +11,13 @@ from hypothesis import strategies as st
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerFault
+from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import SCHEMA
-from rocs_bt.share import Ageing, Counts, Entry, MessageQueue, Scope, inbox, replica, sharing
-from rocs_bt.share.replica import STAMP_LIMIT
+from rocs_bt.share import inbox, replica, sharing
+from rocs_bt.share.inbox import Counts
+from rocs_bt.share.replica import STAMP_LIMIT, Entry
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Ageing
 from rocs_bt.share.wire import FRAME_LIMIT, Ack, Heartbeat, TextMessage, encode, parts
 
 from . import share_world as world

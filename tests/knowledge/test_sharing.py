@@ -7,9 +7,12 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
+from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
 from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
-from rocs_bt.share import Ageing, Impairments, MessageQueue, Scope
+from rocs_bt.share.network import Impairments
+from rocs_bt.share.scope import Scope
+from rocs_bt.share.sharing import Ageing
 
 from . import share_world as world
 

@@ -17,6 +17,7 @@ from rocs_bt.control.locomotion_kinds import make_locomotion, twist_body
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.interfaces.device import Reading, Sensor
+from rocs_bt.interfaces.message import ReceivedMessage, packed
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import (
     FixMonitor,
@@ -29,7 +30,6 @@ from rocs_bt.monitor import (
     RangeMonitor,
     WheelMonitor,
 )
-from rocs_bt.share.messenger import ReceivedMessage, packed
 
 PERIOD = 0.05
 

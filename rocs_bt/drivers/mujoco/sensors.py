@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ...base.errors import InputError, unknown
 from ...base.geometry import Pose2, wrap_angle
+from ...interfaces.message import MessageQueue, packed
 from ...record.header import Beam
-from ...share import MessageQueue, packed
 from ..common import BatteryModel, GyroModel, PoseError, RobotSensorModel, TwistModel
 from ..parameters import (
     AttitudeParameters,
