@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -15,6 +16,7 @@ from .files import is_file, read_text
 GROUPS: Final[Mapping[str, str]] = {
     "rocs_bt.checks": "check",
     "rocs_bt.commands": "command",
+    "rocs_bt.nodes": "vocabulary of nodes",
     "rocs_bt.report": "page of a run",
     "rocs_bt.services": "service beside runs",
 }
@@ -47,6 +49,13 @@ def load(group: str, name: str) -> Any:
     except Exception as error:  # a package of another author must not break what does not need it
         hint = f"It is registered as {found.value}."
         raise InputError(Fault(f"the {GROUPS[group]} '{name}' cannot be loaded: {error}.", hint=hint)) from error
+
+
+def all_of(group: str) -> Iterator[tuple[str, Any]]:
+    """Name and object of each registration; what cannot be loaded is left out, and `rocs-bt doctor` lists it."""
+    for name in registered(group):
+        with suppress(InputError):
+            yield name, load(group, name)
 
 
 def _of_checkout(group: str) -> dict[str, EntryPoint]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from ..base.dialect import DIALECTS
 from ..base.geometry import Pose2, wrap_angle
 from ..base.units import ANGLE, LENGTH, TIME, Bounds
 from ..declare import Keys, OneOf, Valid, Value, Word
+from ..interfaces.vocabulary import dialects
 from ..knowledge.declaration import is_name
 
 
@@ -27,7 +27,7 @@ Delay = Annotated[float, TIME, Bounds(0.0, 60.0)]
 Latency = Annotated[Delay | None, Word("measured")]
 """Planning time of a planner [s], simulated; None (`measured` in files) for the measured one."""
 
-Dialect = Annotated[str, OneOf(DIALECTS)]
+Dialect = Annotated[str, OneOf(dialects())]
 """Dialect of a mission in XML; empty to recognise it."""
 
 

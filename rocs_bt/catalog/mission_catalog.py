@@ -7,10 +7,10 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, cast
 
-from ..base.dialect import parts_of
 from ..base.errors import Fault, InputError
 from ..base.files import is_file
 from ..base.python_content import classes_in, guarded, is_reference, load_module, texts_in
+from ..interfaces.vocabulary import vocabulary_of
 from .entry import TREES, Entry, make_entry
 from .finder import Finder
 
@@ -23,7 +23,7 @@ class MissionCatalog(Finder):
 
         Args:
             name: Name or path; or `file.py:Class` for a PythonPlanner, a path or relative to `planners`.
-            dialect: Dialect of the nodes in XML, one of `DIALECTS`; empty to recognise it.
+            dialect: Dialect of the nodes in XML, one of `dialects`; empty to recognise it.
 
         Raises:
             InputError: The mission does not exist, does not load, has no `build`, or `--no-code` forbids it.
@@ -138,15 +138,16 @@ class MissionCatalog(Finder):
         """
         missions: set[str] = set()
         if mission.path.suffix in TREES:
-            from ..nav2 import ROUTES
-            from ..plan.xml_mission import dialect_in, shipped_nodes, tags_of, values_of
+            from ..plan.dialects import dialect_in, shipped_nodes, tags_of
+            from ..plan.xml_mission import values_of
             from ..trees.xml import add_siblings, outer_trees, read_document
 
             document = read_document(mission.path, within=self.root_of(mission.path))
             add_siblings(document, self.tree_files())
             dialect = dialect_in(document, dialect, self.defined_nodes)
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
-            texts |= set(ROUTES if parts_of(dialect)[0] == "nav2" else ())
+            words, _ = vocabulary_of(dialect)
+            texts |= set(() if words is None else words.routes)
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
             texts = {text for file in mission.files() for text in texts_in(file)}
@@ -161,7 +162,7 @@ class MissionCatalog(Finder):
 
     def _tags_in(self, tree: Entry) -> set[str]:
         """Names of the node classes in an XML file; none if it is not a mission."""
-        from ..plan.xml_mission import tags_of
+        from ..plan.dialects import tags_of
         from ..trees.xml import read_document
 
         try:

@@ -28,7 +28,7 @@ class PlannerSpec(Value):
         rules: Names of the rule files; empty for a planner without reflexes.
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
-        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
+        nodes: Dialect of a mission in XML, one of `dialects`; empty to recognise it.
         robot: Robot that the planner controls; empty for the robot of the scenario.
         perturbations: Changes of the simulated robot of which planner and agent do not know.
         oracle: Whether the planner gets ground-truth information: the map of a scene (`Mission.privileged`), and the

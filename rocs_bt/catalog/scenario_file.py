@@ -98,7 +98,7 @@ class AgentSpec(Value):
         success: What the ground truth must show for `success`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
-        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
+        nodes: Dialect of a mission in XML, one of `dialects`; empty to recognise it.
         overlay: Tables that override those of the robot, as a robot's file does with those of its `base`.
         privileged: Ground-truth information of an oracle planner (`Mission.privileged`), which then also knows the
             future of what moves; None for all others. Set by programs and never by a file.

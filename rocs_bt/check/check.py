@@ -104,7 +104,7 @@ def check_content(
         paths: Files and folders; by default the project that contains the current folder.
         code: Whether missions may be loaded; if False, Python content is only parsed.
         progress: Called with the number of finished files.
-        dialect: Dialect of missions in XML, one of `DIALECTS`; by default that of the scenarios, or as
+        dialect: Dialect of missions in XML, one of `dialects`; by default that of the scenarios, or as
             recognised.
         palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
         stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.

@@ -13,10 +13,10 @@ from ..base.parameter import Parameter
 from ..base.units import NONE
 from ..catalog import TREES, Catalog, Entry
 from ..event import TreeNode
-from ..nav2 import ELSEWHERE
 from ..plan import TreePlan, mission_actions, mission_parameters
+from ..plan.dialects import dialect_in, elsewhere, recognised, shipped_nodes, tags_of
 from ..plan.mission_check import mission_faults
-from ..plan.xml_mission import dialect_in, mission_nodes, recognised, shipped_nodes, tags_of
+from ..plan.xml_mission import mission_nodes
 from ..record.pages import page_maker
 from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
@@ -45,7 +45,7 @@ def draw_mission(
         robot: Name of the robot that the tree is built for.
         form: Format: text, svg, html or xml.
         main: ID of a tree in an XML file; the main tree by default.
-        dialect: Dialect of an XML file, one of `DIALECTS`; by default the dialect in scenarios that use
+        dialect: Dialect of an XML file, one of `dialects`; by default the dialect in scenarios that use
             the mission, or as recognised.
         stub_unknown: Whether unknown or invalid nodes of an XML file are replaced by stubs.
 
@@ -83,7 +83,7 @@ def _read(document: Document, catalog: Catalog, main: str, lenient: bool, dialec
     """Build a tree without a robot; if lenient, with stubs for unknown nodes."""
     own = catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))) if catalog.code else ()
     nodes = mission_nodes(action_table(), own, dialect)
-    faults = [*document.faults, *verify(document, nodes, main=main, elsewhere=ELSEWHERE)]
+    faults = [*document.faults, *verify(document, nodes, main=main, elsewhere=elsewhere())]
     if not lenient and (wrong := [fault for fault in faults if not fault.warning]):
         raise InputError(*wrong)
     root = make_nodes(document, nodes, main=main, lenient=lenient)

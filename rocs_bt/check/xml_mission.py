@@ -12,7 +12,7 @@ from ..base.errors import Fault, InputError
 from ..base.files import read_bytes, same_file
 from ..catalog import TREES, Catalog, Entry, kind_of
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
-from ..plan.xml_mission import dialect_in, recognised, tags_of
+from ..plan.dialects import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
 from ..trees.xml import (
     Document,
@@ -32,7 +32,7 @@ from ..trees.xml import (
 class MissionOptions:
     """Options of a check of XML missions."""
 
-    dialect: str = ""  # one of `DIALECTS`; empty for that of the scenarios, or to recognise it
+    dialect: str = ""  # one of `dialects`; empty for that of the scenarios, or to recognise it
     # Declared by palettes and by the files checked together, by ID.
     models: Mapping[str, Model] = field(default_factory=dict)
     palettes: bool = False  # whether the user named palettes; models of the checked files are then used too

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..base.dialect import DIALECTS
 from ..base.errors import Fault
 from ..base.words import counted
+from ..interfaces.vocabulary import dialects
 from .content import json_option
 from .terminal import echo
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--nodes",
     "dialect",
-    type=click.Choice(DIALECTS),
+    type=click.Choice(dialects()),
     help="XML missions: dialect of the nodes; by default that of the scenarios that use them, or as recognised.",
 )
 @click.option(

@@ -17,7 +17,7 @@ import click
 
 from ..base.current_folder import safe_path
 from ..base.errors import Fault, InputError, RocsError
-from ..base.registered import load
+from ..base.registered import GROUPS, load, registered
 from ..base.units import Bounds
 from ..catalog import Catalog
 from ..reactive import kernel_missing
@@ -120,6 +120,12 @@ def _findings() -> Iterator[_Finding]:
     yield _Finding("manual", manual is not None, "rocs-bt docs opens it" if manual else "not in this installation")
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
+    for group in GROUPS:
+        for name in registered(group):
+            try:
+                load(group, name)
+            except InputError as error:
+                yield _Finding("registered", False, f"{error.faults[0].message} {error.faults[0].hint}")
 
 
 def _packages() -> _Finding:

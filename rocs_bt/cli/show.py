@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from ..base.dialect import DIALECTS
 from ..base.files import write_whole
 from ..base.units import Quantity
 from ..base.words import inactive_rule
 from ..catalog import Catalog
+from ..interfaces.vocabulary import dialects
 from .content import catalog_for, no_code_option
 from .terminal import echo, own_stdout
 
@@ -28,7 +28,7 @@ from .terminal import echo, own_stdout
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 @click.option("--tree", "main", default="", metavar="ID", help="XML missions: ID of the tree to draw.")
 @click.option("--stub-unknown", is_flag=True, help="XML missions: replace unknown or invalid nodes by stubs.")
-@click.option("--nodes", "dialect", type=click.Choice(DIALECTS), help="XML missions: dialect of the nodes.")
+@click.option("--nodes", "dialect", type=click.Choice(dialects()), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
 @click.option("--palette", is_flag=True, help="Write the nodes available to missions instead, for an editor.")

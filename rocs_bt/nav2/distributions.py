@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ..base.dialect import NEWEST
 from ..trees.nodes import Input, Node
 from ..trees.nodes.control.navigation import RoundRobin
 from .costs import INSCRIBED, LETHAL, IsPathValid
@@ -30,6 +29,5 @@ CHANGED: Final[Mapping[str, Sequence[type[Node]]]] = {
     "humble": (_ROUND, _NEAREST_ONLY, _variant(FollowPath, empty_code=0), _UNKNOWN_IS_FREE),
     "jazzy": (_ROUND, _NEAREST_ONLY, _INVALID, _UNKNOWN_IS_FREE),
     "kilted": (_ROUND, _NEAREST_ONLY, _INVALID),
-    NEWEST: (),
 }
 """Nodes that differ from the newest ones, by distribution."""

@@ -22,12 +22,16 @@ STAMPED = 9
 class PoseInput(Input[Any]):
     """Port that reads a pose: the name of a node in the world model, or the text of a PoseStamped."""
 
+    names_places = True
+
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_pose)
 
 
 class PosesInput(Input[Any]):
     """Port that reads several poses: a list, or names of nodes in the world model separated by `;`."""
+
+    names_places = True
 
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_poses)

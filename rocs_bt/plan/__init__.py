@@ -7,6 +7,7 @@ it.
 from .act import Act
 from .action_node import ActionNode, action_nodes
 from .context import CheckOptions, Content, MissionContext, SignalCondition, mission_of
+from .dialects import shipped_nodes
 from .leaves import Condition, Wait
 from .mission import Mission
 from .mission_check import checked_plan, mission_faults
@@ -16,7 +17,7 @@ from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python
 from .route import NO_PATH, MapRoutePlanner, NoRoute, Point, RoadRoutePlanner, RoutePlanner, distance_to_path
 from .tree import NodeOutline, TreePlan
 from .vehicle import Vehicle
-from .xml_mission import mission_nodes, shipped_nodes, xml_mission
+from .xml_mission import mission_nodes, xml_mission
 
 __all__ = [
     "NO_PATH",

@@ -16,7 +16,6 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.units import SPEED, TURN_RATE, Dimension
 from ..interfaces.action import parameters_of
 from ..knowledge import Knowledge
-from ..nav2.poses import PoseInput, PosesInput
 from ..trees.examine import Flow, examine, flow_of, initial_value
 from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
@@ -87,7 +86,7 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
         for node in tree.nodes
         if isinstance(node, Node) and not isinstance(node, (Act, SubTree))
         for name, value in node.given.items()
-        if isinstance(value, str) and not isinstance(node.ports.get(name), (PoseInput, PosesInput))
+        if isinstance(value, str) and not getattr(node.ports.get(name), "names_places", False)
     }  # names of places that a node such as PlaceGoal may add
     parameters: set[str] = set()  # one fault per parameter, even if several nodes read it
     for node, port in _pose_ports(tree):
@@ -112,7 +111,7 @@ def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
     for node in tree.nodes:
         for port in node.ports.values() if isinstance(node, Node) else ():
             goal = isinstance(node, ActionNode) and port.name in ("goal", "heading") and port.kind is str
-            if goal or isinstance(port, (PoseInput, PosesInput)):
+            if goal or port.names_places:
                 yield cast("Node", node), port
 
 

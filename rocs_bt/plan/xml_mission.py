@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
 from py_trees.behaviour import Behaviour
 
-from ..base.dialect import DISTRIBUTIONS, parts_of
 from ..base.errors import Fault, InputError, unknown
 from ..base.parameter import Parameter
 from ..base.units import NONE, convert
-from ..trees.nodes import BUILTIN, Direction, Node, Registry, SubTree, pointer
+from ..interfaces.vocabulary import vocabulary_of
+from ..trees.nodes import Direction, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
@@ -25,62 +24,16 @@ from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
 from .action_node import action_nodes
 from .context import MissionContext
+from .dialects import Defined, dialect_in, elsewhere, recognised, shipped_nodes, tags_of
 from .goal_keys import main_keys
 from .parameters import mission_arguments, mission_parameters
 
 Build = Callable[..., Any]
-Defined = Callable[[set[str]], Collection[str]]
-
-_NAMED = "nav2_distribution"
-"""Attribute of a `<Metadata>` element that names the distribution of ROS 2 for which a mission of Nav2 is written."""
-
-
-def tags_of(document: Document) -> set[str]:
-    """Names of all node classes that the trees of a document use, including SubTree."""
-    return {e.node_tag for tree in document.trees.values() for e in below(tree.body)}
 
 
 def values_of(document: Document) -> set[str]:
     """All attribute values of nodes in a document's trees."""
     return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
-
-
-def dialect_in(document: Document, declared: str = "", defined: Defined = lambda names: ()) -> str:
-    """Dialect of a document's nodes.
-
-    It is the declared dialect; else `nav2` if a node exists only in Nav2, and otherwise `rocs`. A dialect of Nav2
-    without a distribution gets the one that a model of the document names, if any.
-
-    Raises:
-        InputError: The document names an unknown distribution.
-    """
-    from ..nav2 import ONLY_NAV2
-
-    nav2 = set() if declared else tags_of(document) & ONLY_NAV2
-    dialect = declared or ("nav2" if nav2 - set(defined(nav2)) else "rocs")
-    for element in (e for model in document.models.values() for e in model.metadata()):
-        if named := element.attributes.get(_NAMED, ""):
-            if named not in DISTRIBUTIONS:
-                fault = unknown("distribution", named, DISTRIBUTIONS)
-                raise InputError(element.fault(fault.message, fault.hint, attribute=_NAMED))
-            return f"{dialect}:{named}" if dialect in ("nav2", "nav2_servers") else dialect
-    return dialect
-
-
-def recognised(file: Path | None, declared: str, dialect: str) -> list[Fault]:
-    """Note that a mission was recognised as one of Nav2; empty if its dialect was declared or is not Nav2's.
-
-    Args:
-        file: File of the mission; None for a text.
-        declared: Dialect that the user named; empty for none.
-        dialect: Dialect of the mission.
-    """
-    family, distribution = parts_of(dialect)
-    if declared or family != "nav2":
-        return []
-    message = f"this is a mission of Nav2, read as one of {distribution.title()}; its nodes do not need ROS."
-    hint = 'Write nodes = "nav2:jazzy" in the scenario for another distribution, "nav2_servers" for a running Nav2.'
-    return [Fault(message, file, hint=hint, warning=True, note=True)]
 
 
 def xml_mission(
@@ -119,8 +72,6 @@ def xml_mission(
     Raises:
         InputError: The file cannot be read, or has several trees and names no main tree.
     """
-    from ..nav2 import GOAL_KEYS, STATUSES, pending
-
     document = read_document(file, within=within)
     add_siblings(document, beside)
     document.library = len(document.entries()) > 1 if main else False
@@ -131,14 +82,15 @@ def xml_mission(
 
     def make(mission: MissionContext) -> Behaviour:
         mission.report(*notes)
-        if dialect != "rocs":
+        if words is not None:
             mission.dialect = dialect  # also of the trees that replace a part of this one
-        if STATUSES in used and "goals" in mission.board:
-            mission.board.set_local(STATUSES, pending(mission.board["goals"]))
+            words.begin(mission.board, used)
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
-    used = main_keys(document, main, shipped_nodes(dialect)) if dialect != "rocs" else {}
-    keys: dict[str, bool] = {key: used[key] for key in GOAL_KEYS if key in used} | dict.fromkeys(inputs, True)
+    words, _ = vocabulary_of(dialect)
+    used = {} if words is None else main_keys(document, main, shipped_nodes(dialect))
+    known = () if words is None else words.inputs
+    keys: dict[str, bool] = {key: used[key] for key in known if key in used} | dict.fromkeys(inputs, True)
     return _Build(path, document, main, make, keys, notes)
 
 
@@ -203,12 +155,10 @@ def mission_tree(
     Raises:
         InputError: The tree has errors; the exception lists all of them.
     """
-    from ..nav2 import ELSEWHERE
-
     dialect = dialect_in(document, dialect, lambda names: {node.tag for node in nodes} & names)
     registry = mission_nodes(mission.actions, nodes, dialect).replaced(stubs)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
-    faults = [*document.faults, *verify(document, registry, main=main, outside=outside, elsewhere=ELSEWHERE)]
+    faults = [*document.faults, *verify(document, registry, main=main, outside=outside, elsewhere=elsewhere())]
     wrong = [fault for fault in faults if not fault.warning]
     if wrong and not mission.check_options:
         raise InputError(*wrong)
@@ -228,25 +178,6 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])
-
-
-def shipped_nodes(dialect: str = "") -> Registry:
-    """Node classes of this package for missions of a dialect, without the robot's actions."""
-    return _shipped(*parts_of(dialect))
-
-
-@cache
-def _shipped(family: str, distribution: str) -> Registry:
-    from ..nav2 import nav2_nodes
-    from ..ros2.nodes import NAV2_SERVERS, ROS_NODES
-
-    if family not in ("nav2", "nav2_servers"):
-        return BUILTIN.with_(ROS_NODES)
-    nodes = nav2_nodes(distribution)
-    if family == "nav2_servers":
-        called = {node.tag for node in NAV2_SERVERS}
-        nodes = Registry([*(node for tag, node in nodes.items() if tag not in called), *NAV2_SERVERS])
-    return nodes.with_(ROS_NODES)
 
 
 def embedded(

@@ -9,8 +9,8 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.nav2 import NAV2, OWN
 from rocs_bt.nav2.motion import PATH_END, TrackingFeedback, track
+from rocs_bt.nav2.nodes import NAV2, OWN
 from rocs_bt.nav2.path import length
 from rocs_bt.trees.nodes import Input, Instant, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name

@@ -10,9 +10,9 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.interfaces.action import ActionFailed, Failure, Reason
 from rocs_bt.knowledge import OccupancyGrid
-from rocs_bt.nav2 import NAV2
 from rocs_bt.nav2.lenient import Served
 from rocs_bt.nav2.motion import _Move
+from rocs_bt.nav2.nodes import NAV2
 from rocs_bt.plan import TreePlan, mission_parameters, xml_mission
 from rocs_bt.ros2.nodes import NAV2_SERVERS
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name

@@ -14,7 +14,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.plan import TreePlan, mission_nodes
 from rocs_bt.plan.act import Act
-from rocs_bt.plan.xml_mission import shipped_nodes
+from rocs_bt.plan.dialects import shipped_nodes
 from rocs_bt.ros2.nodes import NAV2_SERVERS, ROS_NODES, FieldInputs, FieldOutputs
 from rocs_bt.ros2.ros_link import GoalState
 from rocs_bt.trees.nodes import BUILTIN, REQUIRED, Direction, Leaf

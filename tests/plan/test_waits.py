@@ -7,7 +7,7 @@ from py_trees.decorators import Retry
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NodeTicked
-from rocs_bt.nav2 import OWN
+from rocs_bt.nav2.nodes import OWN
 from rocs_bt.ros2.nodes import NAV2_SERVERS, ROS_NODES
 from rocs_bt.trees.nodes import BUILTIN, Instant, Node
 

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Final
 from ...base.errors import Fault, InputError, unknown
 from ...interfaces.action import Failure
 from ...interfaces.pipeline import Priority, Ticket, TicketState
-from ...nav2 import NAV2
 from ...nav2.lenient import Served
+from ...nav2.nodes import NAV2
 from ...nav2.path import corners_of
 from ...nav2.tables import made_node
 from ...plan.action_node import ActionNode

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
-from ...nav2 import NAV2
 from ...nav2.costs import NO_INFORMATION
 from ...nav2.goals import SKIPPED, Statuses
 from ...nav2.lenient import Served, Serviced
+from ...nav2.nodes import NAV2
 from ...nav2.path import poses_in
 from ...nav2.poses import list_of
 from ...nav2.servers import CANCELLED

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Final
 
 from ...base.errors import DeviceError, InputError
-from ...nav2 import NAV2
 from ...nav2.decorators import GoalUpdater as CopiesGoal
+from ...nav2.nodes import NAV2
 from ...nav2.poses import list_of, pose_of
 from ...nav2.tables import Battery, Selector, made_node
 from ...plan.context import MissionContext, mission_of

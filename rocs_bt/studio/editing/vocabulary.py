@@ -13,8 +13,8 @@ from ...base.errors import InputError
 from ...base.files import read_text
 from ...catalog import Catalog, make_entry
 from ...check.xml_mission import declared_dialect
-from ...nav2 import ONLY_NAV2
 from ...plan import mission_nodes, shipped_nodes
+from ...plan.dialects import recognise
 from ...trees.nodes import CONDITIONS, REQUIRED, Node, Port
 from ...trees.xml.write import type_name, value_text
 from .elements import Element, parse
@@ -110,8 +110,7 @@ def vocabulary(path: Path, text: str, *, code: bool = True) -> dict[str, NodeInf
 def dialect_of(path: Path, text: str, catalog: Catalog) -> str:
     """Dialect of a mission: as a scenario declares it, or as recognised from its nodes."""
     declared = declared_dialect(make_entry(path, "mission", "file"), catalog)
-    nav2 = set(re.findall(r"<([A-Za-z_]\w*)", text)) & ONLY_NAV2
-    return declared or ("nav2" if nav2 - catalog.defined_nodes(nav2) else "rocs")
+    return declared or recognise(set(re.findall(r"<([A-Za-z_]\w*)", text)), catalog.defined_nodes)
 
 
 def _port(port: Port[Any]) -> PortInfo:

@@ -78,9 +78,11 @@ class Port(Generic[T]):
 
     Attributes:
         direction: Whether the node reads the port, writes it, or both.
+        names_places: Whether texts of the port are names of places in the world model.
     """
 
     direction = Direction.INPUT
+    names_places = False
 
     def __init__(
         self,
