@@ -54,16 +54,6 @@ def test_in_the_shipped_folder_itself_everything_is_shipped():
     assert Catalog(shipped_root()).project is None
 
 
-def test_an_unknown_name_lists_what_exists(project):
-    with pytest.raises(UnknownName, match=r"no robot is named 'bto'\. Did you mean 'bot'\?"):
-        Catalog(project).find("robot", "bto")
-
-
-def test_an_unknown_kind_lists_the_kinds(project):
-    with pytest.raises(UnknownName, match=r"no kind of content is named 'robt'\. Did you mean 'robot'"):
-        Catalog(project).list("robt")
-
-
 def test_content_is_found_by_its_path_too(project):
     entry = Catalog().find("robot", str(project / "robots" / "bot"))
     assert (entry.name, entry.origin) == ("bot", "file")

@@ -16,8 +16,3 @@ def test_a_comparison_writes_its_page_and_its_tables(project, rocs_bt):
     again = rocs_bt("run", "first", "--planner", "brisk", "--seed", "2")
     assert again.code == 0
     assert re.search(r"Report: runs/brisk-first-2/report.html", again.out)
-
-
-def test_a_planner_or_a_scene_that_is_not_there_is_told(project, rocs_bt):
-    assert "'quick'" in rocs_bt("run", "first", "--planner", "quick").err
-    assert "'second' is neither a scenario" in rocs_bt("run", "second", "--planner", "brisk").err

@@ -251,11 +251,6 @@ def test_only_the_failure_that_is_sought_counts(yard):
     assert math.dist(result.smallest.start, result.smallest.goal) > 0.95
 
 
-def test_an_oracle_is_not_searched(yard):
-    with pytest.raises(InputError, match="'oracle' is an oracle"):
-        sought(yard, planner="oracle")
-
-
 def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
     family = load_family(Catalog(yard), "posts", {"posts": 3})
     space = SearchSpace.of(family, {"posts": 3}, {"size": "0.1 m..20 cm"})

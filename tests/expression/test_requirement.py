@@ -74,25 +74,6 @@ def test_delays_add_up():
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "message"),
-    [
-        ("within 0.2 s b", 1, "'within' needs true or false, but b is in 1"),
-        ("within 0.2 m b > 0", 1, "a window is a fixed time, such as 0.5 s, but 0.2 m is in m"),
-        ("within 2 h b > 0", 1, "a window is 0.001 s to 3600 s"),
-        ("within patience b > 0", 1, "no threshold is named 'patience'"),
-        ("a > 0 implies b", 1, "'implies' needs true or false, but b is in 1"),
-        ("a + b", 0, "a requirement must be true or false, but a + b is in 1"),
-        ("any(g > 0 if within 1 s a > 0 else g < 0)", 5, "cannot be combined with 'within'"),
-    ],
-)
-def test_mistakes(text, column, message):
-    with pytest.raises(InputError) as caught:
-        parse_requirement(text, ENVIRONMENT)
-    assert message in str(caught.value)
-    assert caught.value.faults[0].column == column
-
-
-@pytest.mark.parametrize(
     ("text", "message"), [("within 1 s a > 0", "allowed only in requirements"), ("always a > 0", "always")]
 )
 def test_a_guard_looks_at_the_past_alone(text, message):

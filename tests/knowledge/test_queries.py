@@ -192,75 +192,16 @@ def test_as_of_a_time(yard: Knowledge) -> None:
     assert not yard.ask("object where distance(object, robot) < 9 m as of 1 s"), "nobody knows where it was then"
 
 
-WRONG = [
-    ("objct", 1, "'objct' is neither a kind nor a name of this query. Did you mean 'object'"),
-    ("robot folows goal", 7, "there is no relation named 'folows'. Did you mean 'follows'"),
-    ("robot pursues place", 7, "'pursues' never ends at a place. It ends at: goal"),
-    ("goal pursues goal other", 6, "'pursues' never starts at a goal"),
-    ("place a connects goal a", 23, "'a' is a place already, not a goal"),
-    ("place connects", 15, "a kind or a name is missing at the end"),
-    ("place place", 7, "'place' is not a relation and cannot be a name"),
-    ("no peer pursues goal", 1, "only 'no' clauses"),
-    ("goal, no peer", 7, "'no' needs a relation"),
-    ("goal,", 6, "a clause is empty"),
-    ("goal, no peer pursues goal where peer.speed > 1 m/s", 34, "nothing is named 'peer.speed'"),
-    ("object where", 8, "nothing follows 'where'"),
-    ("object where mvoes", 14, "nothing is named 'mvoes' here. Did you mean 'moves'"),
-    ("thing where moves", 13, "It is an attribute of: object, person"),
-    ("robot pursues goal where goal.tolerence < 1 m", 26, "a goal has no 'tolerence'. Did you mean 'tolerance'"),
-    ("robot follows peer where follows.x < 1 m", 26, "'follows' has no 'x'. It has: distance, safety"),
-    ("object where distance < 2", 14, "distance is in m and 2 is in 1. Write the number with its unit"),
-    ("object where distance < 2 s", 14, "distance is in m and 2 s is in s"),
-    ("object where pose < 2 m", 14, "it is a pose, not a number; write pose.x"),
-    ("robot where mode", 13, "it is a text, not a number; compare it"),
-    ("robot where mode < 'a'", 13, "compared only by == and !="),
-    ("robot where mode == 3", 13, "a name is needed here"),
-    ("sensor where values > 0", 14, "it is the live view of a signal"),
-    ("object where 'box'", 14, "a text is not a number"),
-    ("object where distance", 14, "'where' needs true or false, but 'distance' is in m"),
-    ("object where near(object) < 1 m", 14, "no function is named 'near'"),
-    ("object where distance(object, moves) < 1 m", 14, "this is true or false"),
-    ("strategy where distance(strategy) < 1 m", 16, "a strategy has no pose"),
-    ("object where distance() < 1 m", 14, "write distance(a)"),
-    ("object where known(object)", 14, "it needs an attribute"),
-    ("object where held(moves, 1 s)", 14, "a query looks at one moment"),
-    ("object where moves and", 14, "not an expression"),
-    ("object where moves order by", 20, "nothing follows 'order by'"),
-    ("object order by moves", 17, "'order by' needs a number, but 'moves' is true or false"),
-    ("object order by pose", 17, "it is a pose"),
-    ("object limit 0", 14, "'limit' needs a whole number from 1, found '0'"),
-    ("object limit 3 where moves", 16, "'where' is out of order"),
-    ("object where moves where moves", 20, "'where' is repeated"),
-    ("object give", 8, "nothing follows 'give'"),
-    ("object give moves,, pose", 19, "nothing is between two commas"),
-    ("object give zzz", 13, "nothing is named 'zzz'"),
-    ("place a connects place b give connects", 31, "'connects' is an edge"),
-    ("place a connects b connects place c", 18, "'b' is neither a kind nor a name"),
-    ("place a connects place b connects place c where connects.length > 1 m", 49, "'connects' names several edges"),
-    ("place a connects+(x) place b", 18, "'(' is neither a kind nor a name"),
-    ("place a connects(place) place b", 18, "'place' cannot name an edge"),
-    ("object as of yesterday", 14, "'yesterday' is not a quantity. Write for example: as of 12.5 s"),
-    ("object as of 3 m", 14, "'as of' needs a time, found '3 m'"),
-    ("object changed since -1", 22, "needs a revision, a whole number, found '-1'"),
-    ("place where covariance[0] > 1", 13, "nothing is named 'covariance'"),
-    ("observation where covariance[4] > 1 m2", 19, "it has 4 values, counted from 0"),
-    ("observation where covariance > 1 m2", 19, "4 values true or false"),
-    ("object where 'unclosed", 14, "invalid character"),
-    ("", 0, "the query is empty"),
-    ("where", 1, "nothing follows 'where'"),
-    ("limit 3", 1, "the query has no pattern"),
-    ("object " + "where moves and " * 90 + "moves", 0, "at most 1000 characters"),
-    ("object where " + "(" * 60 + "moves" + ")" * 60, 0, "at most 40 deep"),
+TOO_LARGE = [
+    ("object " + "where moves and " * 90 + "moves", "at most 1000 characters"),
+    ("object where " + "(" * 60 + "moves" + ")" * 60, "at most 40 deep"),
 ]
 
 
-@pytest.mark.parametrize(("text", "column", "message"), WRONG, ids=[text[:40] for text, _, _ in WRONG])
-def test_a_wrong_query_is_refused_with_its_place(text: str, column: int, message: str) -> None:
-    with pytest.raises(InputError) as caught:
+@pytest.mark.parametrize(("text", "message"), TOO_LARGE)
+def test_a_query_that_is_too_large_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         compile_query(text)
-    (fault,) = caught.value.faults
-    assert message in f"{fault.message} {fault.hint}"
-    assert fault.column == column
 
 
 def test_a_fault_on_a_later_line_is_told_there() -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from rocs_bt.base.clock import Clock, WallClock
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.check import check_content
 from rocs_bt.event import NullSink
 from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.knowledge import Knowledge
@@ -208,14 +207,3 @@ MISSION = """<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>
   <RosPublish topic="say" type="std_msgs/msg/String" values="dta = 'hello'"/>
   <RosAction action="go" type="my_msgs/action/Go" goal="any.field = 1" result=". -> {x}"/>
 </Sequence></BehaviorTree></root>"""
-
-
-def test_rocs_bt_check_finds_faults_in_fields(tmp_path):
-    file = tmp_path / "planners" / "missions" / "m.xml"
-    file.parent.mkdir(parents=True)
-    file.write_text(MISSION)
-    (fault,) = check_content([file]).faults
-    assert (fault.file, fault.line) == (file, 2)
-    assert "no field is named 'dta'. Did you mean 'data'?" in str(fault)
-    file.write_text(MISSION.replace("dta", "data"))
-    assert list(check_content([file]).faults) == []

@@ -14,7 +14,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt.base.clock import WallClock
-from rocs_bt.base.errors import BlockError, InputError, RateError
+from rocs_bt.base.errors import BlockError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
@@ -157,13 +157,6 @@ def test_the_walker_stays_off_walls_and_box_within_its_speed(exp1: ScenarioSpec,
     assert nearest > 0.275  # its hull reaches 0.274 m from its axle: it touched nothing
 
 
-def test_a_robot_cannot_start_in_a_box(exp1: ScenarioSpec, catalog: Catalog) -> None:
-    with pytest.raises(InputError) as error:
-        build_world(at(exp1, -0.5, 1.0, 0.0), catalog, 1, NullSink())
-    assert "R2 cannot start at x = -0.50 m, y = 1.00 m, yaw = 0 deg" in str(error.value)
-    assert "inside 'box'" in str(error.value)
-
-
 def test_a_start_is_drawn_anew_until_it_is_free(exp1: ScenarioSpec, catalog: Catalog) -> None:
     agent = exp1.agents[0].replaced(pose=Pose2(-0.5, 1.5, 0.0), jitter=Pose2(0.0, 0.3, 0.0))
     scenario = exp1.replaced(agents=(agent,))
@@ -195,12 +188,6 @@ def test_the_words_of_a_scenario_file_key_nothing(tmp_path) -> None:
         file.write_text(head + text)
         hashes.add(rocs_bt.run(str(file), Catalog(), seed=3, duration=2.0).summary.trajectory_hash)
     assert hashes == {rocs_bt.run("exp1", Catalog(), seed=3, duration=2.0).summary.trajectory_hash}
-
-
-def test_rates_that_do_not_divide_are_told(exp1: ScenarioSpec, play: Play) -> None:
-    rate = exp1.rate.replaced(control=30.0, sensors=30.0)
-    with pytest.raises(RateError, match=r"control rate of 30 Hz is 6\.667 steps of 0\.005 s"):
-        play(exp1.replaced(rate=rate), lambda t: (0.0, 0.0), NullSink())
 
 
 def test_fifty_hertz_works(exp1: ScenarioSpec, play: Play) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import run
-from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink, MapChanged, SensorRead
 from rocs_bt.record import Recording
@@ -78,21 +77,6 @@ def test_why_names_the_faults_of_the_devices(tmp_path):
     assert "lidar: latency 0.1 s, drop_out 0.2, missing_echo 0.1, sweep 0.025 s" in text
     assert "position: drift 0.02 m" in text
     assert "wheels: slip 0.1" in text
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ('[[agent.sensor]]\nname = "lidar"\ndrop_out = 2\n', r"scene.toml:18:\d+: .*drop_out"),
-        ('[[agent.sensor]]\nname = "lidar"\nlatensy = "1 s"\n', r"scene.toml:18:\d+: .*latensy.*latency"),
-        ('[[agent.sensor]]\nname = "lidar"\nsweep = "2 s"\n', r"scene.toml:.*sweep must be 0 to 1 s"),
-        ('[[agent.actuator]]\nname = "wheels"\nslip = [0.1, 0.2]\n', "one share for all wheels or one for each of 4"),
-        ('[[agent.sensor]]\nname = "lydar"\nnoise = "1 m"\n', r"scene.toml:16:\d+: .*'driver'"),
-    ],
-)
-def test_a_fault_in_these_tables_is_reported_at_its_line(tmp_path, more, said):
-    with pytest.raises(InputError, match=said):
-        Catalog().load_scenario(scene(tmp_path, more))
 
 
 def test_a_late_scan_is_entered_at_the_pose_at_which_it_was_measured(tmp_path):
