@@ -117,39 +117,6 @@ def test_a_goal_that_is_no_place_is_refused_at_its_line(rocs_bt, project, comman
     assert ran.text.count(says) == 1
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ('hz="1.0"', 'hz="0"', "port 'hz': a rate must be above 0 Hz, found 0."),
-        ('hz="1.0"', 'hz="-inf"', "port 'hz': a rate must be above 0 Hz, found -inf."),
-        (
-            '<WouldAPlannerRecoveryHelp error_code="{plan_error}"/>\n              <Clear',
-            '<AreErrorCodesPresent error_code="{plan_error}" error_codes_to_check="a;b"/>\n              <Clear',
-            "port 'error_codes_to_check': 'a' is not a whole number.",
-        ),
-        (
-            "<GoalUpdated/>",
-            '<SpeedController min_rate="0"><GoalUpdated/></SpeedController>',
-            "port 'min_rate': a rate must be above 0 Hz, found 0.",
-        ),
-    ],
-)
-def test_a_wrong_literal_is_refused_at_its_line(rocs_bt, project, old, new, says):
-    folder = project()
-    file = folder / "planners/missions/navigation.xml"
-    text = file.read_text()
-    assert text.count(old) == 1
-    text = text.replace(old, new).replace('wait_duration="0.5"', 'wait_duration="long"')
-    file.write_text(text)
-    line = 1 + text[: text.index(new.split("\n")[0])].count("\n")
-    ran = rocs_bt("check", folder)
-    assert ran.code == 2
-    assert f"navigation.xml:{line}:" in ran.text
-    assert says in ran.text
-    assert "'long' is not a number" in ran.text  # one fault hides no other
-    assert rocs_bt("run", "drive", "--out", folder / "out").code == 2
-
-
 def test_a_parameter_of_a_subtree_is_looked_at_too(rocs_bt, project):
     folder = project(nodes="rocs", parameters='goal = "gaol"')
     (folder / "planners/missions/navigation.xml").write_text(

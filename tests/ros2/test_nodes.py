@@ -396,21 +396,6 @@ def test_quality_of_service_matches_as_in_dds(offered, requested, found):
 
 
 @pytest.mark.parametrize(
-    ("keys", "text"),
-    [
-        ({"transport": "zenoh"}, "no transport is named 'zenoh'"),
-        ({"network": "wan"}, "no network is named 'wan'"),
-        ({"domain": 300}, "domain must be 0 to 232"),
-        ({"namespace": "robot-1"}, "'robot-1' is no valid namespace"),
-        ({"emergency_stop": "a//b"}, "'a//b' is no valid emergency_stop"),
-    ],
-)
-def test_wrong_settings(keys, text):
-    with pytest.raises(InputError, match=text):
-        Ros2Settings(**keys)
-
-
-@pytest.mark.parametrize(
     ("namespace", "name", "full"), [("", "scan", "/scan"), ("/r1", "scan", "/r1/scan"), ("r1", "/scan", "/scan")]
 )
 def test_relative_topics_are_in_the_namespace(namespace, name, full):

@@ -199,27 +199,6 @@ def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
 
 
 @pytest.mark.parametrize(
-    ("keys", "text"),
-    [
-        ({"type": "my_msgs/msg/Thing"}, "has no short form: values is needed"),
-        ({"type": SCAN, "take": "range", "rays": 3, "span": 1.0}, r"named 'range'\. Did you mean 'ranges'"),
-        ({"type": SCAN}, "a scan needs rays"),
-        ({"type": "sensor_msgs/msg/JointState"}, "joints is needed"),
-        ({"type": "std_msgs/msg/String"}, "words is needed"),
-        ({"type": SCAN, "values": ("ranges..x",)}, "'ranges..x' is no path"),
-        ({"type": SCAN, "rays": 3, "span": 1.0, "nan": "no_eco"}, r"named 'no_eco'\. Did you mean 'no_echo'"),
-        ({"type": "std_msgs/msg/Float64", "nan": "no_echo"}, "zero and nan are for the short forms"),
-        ({"type": "std_msgs/msg/Bool", "reliability": "best"}, "reliability must be reliable or best_effort"),
-        ({"type": "std_msgs/msg/Bool", "topic": "9a"}, "'9a' is no valid topic"),
-        ({"type": "std_msgs/msg/Bool", "topics": ("a", "b")}, "one of topic and topics"),
-    ],
-)  # fmt: skip  # a table
-def test_wrong_keys(keys, text):
-    with pytest.raises(InputError, match=text):
-        Ros2SensorParameters(**{"topic": "t", **keys})
-
-
-@pytest.mark.parametrize(
     ("path", "text"),
     [
         ("rangs", r"no field is named 'rangs'\. Did you mean 'ranges'"),
