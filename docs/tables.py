@@ -22,13 +22,12 @@ from rocs_bt.check import fitted_rules
 from rocs_bt.cli.main import group
 from rocs_bt.interfaces.action import Action, parameters_of
 from rocs_bt.plan import Observation, Task, Vehicle
-from rocs_bt.ros2.devices.parameters import TAKES
+from rocs_bt.ros2.messages.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parent.parent
 PLANNER_CLASSES = (Task, Observation, Pose2, Twist2, Vehicle)
 _CONSTANTS = ("latency", "deceleration", "front_sweep", "side_sweep")
 _THRESHOLDS = ("pace", "stop", "near", "clear", "margin")
-_DECLARED = {"ranges": "`rays`", "velocity": "`joints`", "position": "`joints`", "effort": "`joints`"}
 _CAMPAIGNS = re.compile(r"(<!-- (campaign.py [^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
 _COMPARED = re.compile(r"(```console\n\$ rocs-bt (compare .*?)\n).*?(```)", re.DOTALL)
 _BODIES = (
@@ -113,8 +112,9 @@ def _first_line(value: object) -> str:
 def ros2(page: str) -> str:
     """The short forms `take` of each message type."""
     rows = []
-    for name, takes in TAKES.items():
-        forms = (f"`{take}` ({_DECLARED[take] if size is None else size})" for take, size in takes.items())
+    for name, topic in TOPICS.items():
+        sizes = {take: f"`{size}`" if isinstance(size, str) else size for take, size in topic.sizes.items()}
+        forms = (f"`{take}` ({size})" for take, size in sizes.items())
         rows.append(f"`{name}` | {', '.join(forms)}")
     return between("takes", table("type | `take` (number of values)", *rows), page)
 

@@ -25,10 +25,11 @@ def test_a_default_message_of_every_type_survives_cdr_and_is_read_by_an_independ
 
 @pytest.mark.parametrize("distro", DISTROS)
 def test_every_distribution_has_the_types_of_the_short_forms(distro):
-    from rocs_bt.ros2.devices.parameters import ACTUATOR_TYPES, TAKES
+    from rocs_bt.ros2.devices.parameters import ACTUATOR_TYPES
+    from rocs_bt.ros2.messages.topics import TOPICS
 
     types = MessageTypes(distro)
-    for name in (*TAKES, *ACTUATOR_TYPES):
+    for name in (*TOPICS, *ACTUATOR_TYPES):
         types.deserialize(types.serialize(types.make(name)), name)
 
 

@@ -18,7 +18,6 @@ from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
 from rocs_bt.ros2.devices.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.ros2.devices.sensor_node import SensorNode
-from rocs_bt.ros2.messages.forms import message_size
 from rocs_bt.ros2.messages.message_types import MessageTypes
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.network.qos import QoS, mismatch
@@ -235,13 +234,13 @@ def test_the_declared_number_of_values_holds_from_the_first_message(network, nod
 )
 def test_the_number_of_values_of_fields_comes_from_their_types(type, values, length, size):
     given = Ros2SensorParameters(type=type, topic="a", values=values, length=length)
-    assert message_size(TYPES, given) == size
+    assert given.message_size(TYPES) == size
 
 
 def test_a_wrong_number_of_values_is_refused():
     given = Ros2SensorParameters(type=ODOMETRY, topic="a", values=("pose.covariance",), length=6)
     with pytest.raises(InputError, match="length is 6, but the fields of nav_msgs/msg/Odometry have 36 values"):
-        message_size(TYPES, given)
+        given.message_size(TYPES)
 
 
 def test_values_of_several_topics_have_the_oldest_stamp(network, node):

@@ -1,4 +1,4 @@
-"""Short forms of message types: what a sensor takes from a message."""
+"""Short forms of message types: what a sensor takes from a message is what was made into it."""
 
 from __future__ import annotations
 
@@ -8,21 +8,127 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.ros2.devices.parameters import TAKES, TRANSFORMS, Ros2SensorParameters
-from rocs_bt.ros2.messages.forms import make_take
+from rocs_bt.base.geometry import Pose3
+from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
 from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.topics import SCAN, TOPICS, Channel, pose_values
 
 TYPES = MessageTypes()
-SCAN = "sensor_msgs/msg/LaserScan"
+KEYS = {"rays": 5, "span": 1.0, "joints": ("a", "b"), "words": ("idle", "docked")}
+CHANNEL = Channel("map", "base_link", -0.5, 0.25, names=("a", "b"), words=KEYS["words"])
+DOMAINS = {  # of random values; others are normal numbers
+    "ranges": lambda rng, n: rng.choice([0.5, 3.25, math.inf, math.nan], n),
+    "orientation": lambda rng, n: rng.uniform(-3.1, 3.1, n),
+    "attitude": lambda rng, n: rng.uniform(-1.5, 1.5, n),
+    "word": lambda rng, n: rng.integers(0, 2, n),
+    "level": lambda rng, n: rng.integers(0, 3, n),
+    **dict.fromkeys(("range", "spread"), lambda rng, n: rng.uniform(0.0, 5.0, n)),
+}
+
+
+def draw(rng, type, taken, size):
+    """Random values that a sensor takes."""
+    if type.endswith("Bool"):
+        return rng.integers(0, 2, size).tolist()
+    return DOMAINS.get(taken, lambda rng, n: rng.normal(0.0, 3.0, n))(rng, size)[-size:].tolist()
+
+
+def sensor(type, **keys):
+    return Ros2SensorParameters(type=type, topic="t", **{k: KEYS[k] for k in KEYS if k in TOPICS[type].keys} | keys)
 
 
 def take(type, fields, **keys):
-    wanted = Ros2SensorParameters(type=type, topic="t", **keys)
     message = TYPES.deserialize(TYPES.serialize(TYPES.make(type, **fields)), type)
-    return make_take(TYPES, wanted)(message)
+    return Ros2SensorParameters(type=type, topic="t", **keys).make_take(TYPES)(message)
+
+
+@pytest.mark.parametrize("topic", TOPICS.values(), ids=TOPICS)
+def test_what_is_taken_is_what_was_made(topic):
+    rng = np.random.default_rng(0)
+    sizes = {taken: sensor(topic.type, take=taken).size for taken in topic.sizes}
+    for _ in range(20):
+        values = {taken: draw(rng, topic.type, taken, size) for taken, size in sizes.items()}
+        if "height" in values:
+            values["height"] = values["position"][2:]
+        if "level" in values:  # two statuses, of which the worst counts
+            values["level"] = [0.0, *values["level"]]
+        for made in (values, *({taken: each} for taken, each in values.items())):
+            message = TYPES.make(topic.type, **topic.make(7.0, made, CHANNEL))
+            message = TYPES.deserialize(TYPES.serialize(message), topic.type)
+            assert not hasattr(message, "header") or message.header.stamp.sec == 7
+            for taken, each in made.items():
+                found = sensor(topic.type, take=taken).make_take(TYPES)(message)
+                assert found == pytest.approx(each[-sizes[taken] :], rel=1e-6, abs=1e-6, nan_ok=True), taken
+
+
+POSE = Pose3(1.0, -2.0, 0.5, 0.1, -0.2, 2.0)
+W, *XYZ = POSE.quaternion
+AT = {"position": {"x": 1.0, "y": -2.0, "z": 0.5}, "orientation": dict(zip("xyz", XYZ, strict=True), w=W)}
+POSES = {"position": [1.0, -2.0, 0.5], "height": [0.5], "orientation": [2.0], "attitude": [0.1, -0.2]}
+IMU = {"orientation": AT["orientation"], "angular_velocity": {"z": 0.3}, "linear_acceleration": {"y": 1.0, "z": 9.8}}
+TWIST = {"linear": {"x": 0.5, "y": 0.1, "z": 0.3}, "angular": {"x": 9.0, "z": -0.2}}
+EXAMPLES = {  # fields of a message by the definition of its type, and its values
+    "sensor_msgs/msg/LaserScan": (
+        {"angle_min": -0.5, "angle_increment": 0.25, "ranges": [1.0, 2.0, 3.0, 4.0, 5.0]},
+        {"ranges": [1.0, 2.0, 3.0, 4.0, 5.0]},
+    ),
+    "sensor_msgs/msg/Range": ({"range": 0.4, "min_range": 0.1, "max_range": 4.0}, {"range": [0.4]}),
+    "sensor_msgs/msg/Imu": (
+        IMU,
+        {"turn_rate": [0.3], "acceleration": [0.0, 1.0, 9.8], "orientation": [2.0], "attitude": [0.1, -0.2]},
+    ),
+    "nav_msgs/msg/Odometry": (
+        {"pose": {"pose": AT}, "twist": {"twist": TWIST}},
+        {**POSES, "twist": [0.5, 0.1, 0.3, -0.2]},
+    ),
+    "sensor_msgs/msg/JointState": (
+        {"name": ["x", "b", "a"], "velocity": [9.0, 2.0, 4.0], "position": [0.0, 0.1, 0.2], "effort": [0.0, 7.0, 8.0]},
+        {"velocity": [4.0, 2.0], "position": [0.2, 0.1], "effort": [8.0, 7.0]},
+    ),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": (
+        {"pose": {"pose": AT, "covariance": [0.04, *[0.0] * 6, 0.01, *[0.0] * 28]}},
+        {**POSES, "spread": [0.2]},
+    ),
+    "geometry_msgs/msg/PoseStamped": ({"pose": AT}, POSES),
+    "sensor_msgs/msg/BatteryState": (
+        {"percentage": 0.5, "voltage": 12.0, "current": -1.5},
+        {"percentage": [0.5], "voltage": [12.0], "current": [-1.5]},
+    ),
+    "diagnostic_msgs/msg/DiagnosticArray": (
+        {"status": [{"name": "motor left", "level": 2}, {"name": "battery", "level": 1}]},
+        {"level": [2.0]},
+    ),
+    "std_msgs/msg/Bool": ({"data": True}, {"data": [1.0]}),
+    "std_msgs/msg/Float64": ({"data": 0.25}, {"data": [0.25]}),
+    "std_msgs/msg/String": ({"data": "docked"}, {"word": [1.0]}),
+    "tf2_msgs/msg/TFMessage": (
+        {
+            "transforms": [
+                {
+                    "header": {"frame_id": "map"},
+                    "child_frame_id": "base_link",
+                    "transform": {"translation": AT["position"], "rotation": AT["orientation"]},
+                }
+            ]
+        },
+        POSES,
+    ),
+}
+
+
+def test_values_of_a_pose():
+    assert {name: list(each) for name, each in pose_values(POSE).items()}.items() <= POSES.items()
+
+
+@pytest.mark.parametrize("type", EXAMPLES)
+def test_values_come_from_the_fields_that_the_definition_names(type):
+    fields, values = EXAMPLES[type]
+    assert values.keys() == TOPICS[type].sizes.keys()
+    message = TYPES.make(type, **fields)
+    for taken, each in values.items():
+        assert sensor(type, take=taken).make_take(TYPES)(message) == pytest.approx(each, rel=1e-6), taken
 
 
 def scan(ranges, first, step, rays, span, low=0.1, high=10.0):
@@ -81,27 +187,16 @@ def test_ranges_outside_of_the_limits():
     )
 
 
-@pytest.mark.parametrize(("zero", "value"), [("minimum", 0.1), ("no_echo", math.inf), ("invalid", math.nan)])
-def test_a_range_of_0_means_what_robot_toml_says(zero, value):
-    fields = {"angle_min": -0.1, "angle_increment": 0.1, "ranges": [0.0] * 3, "range_min": 0.1, "range_max": 5.0}
-    assert take(SCAN, fields, rays=3, span=0.2, zero=zero) == pytest.approx([value] * 3, nan_ok=True)
-
-
-@given(st.sampled_from(["invalid", "no_echo"]), st.lists(st.sampled_from([0.5, 3.0, math.nan]), min_size=3, max_size=3))
-def test_a_range_of_nan_means_what_robot_toml_says(nan, ranges):
-    meaning = math.inf if nan == "no_echo" else math.nan
-    expected = [meaning if math.isnan(value) else value for value in ranges]
-    fields = {"angle_min": -0.1, "angle_increment": 0.1, "ranges": ranges, "range_min": 0.1, "range_max": 5.0}
-    assert take(SCAN, fields, rays=3, span=0.2, nan=nan) == pytest.approx(expected, nan_ok=True)
-    for value, wanted in zip(ranges, expected, strict=True):
-        fields = {"range": value, "min_range": 0.1, "max_range": 5.0}
-        assert take("sensor_msgs/msg/Range", fields, nan=nan) == pytest.approx([wanted], nan_ok=True)
-
-
-@pytest.mark.parametrize(("zero", "value"), [("minimum", 0.1), ("no_echo", math.inf), ("invalid", math.nan)])
-def test_a_single_range_of_0_means_what_robot_toml_says(zero, value):
-    fields = {"range": 0.0, "min_range": 0.1, "max_range": 5.0}
-    assert take("sensor_msgs/msg/Range", fields, zero=zero) == pytest.approx([value], nan_ok=True)
+@pytest.mark.parametrize("zero", ["minimum", "no_echo", "invalid"])
+@pytest.mark.parametrize("nan", ["no_echo", "invalid"])
+def test_ranges_of_0_and_nan_mean_what_robot_toml_says(zero, nan):
+    ranges, meaning = [0.5, 0.0, math.nan, 9.0], {"minimum": 0.1, "no_echo": math.inf, "invalid": math.nan}
+    expected = [0.5, meaning[zero], meaning[nan], math.inf]
+    fields = {"angle_min": -0.15, "angle_increment": 0.1, "ranges": ranges, "range_min": 0.1, "range_max": 5.0}
+    found = take(SCAN, fields, zero=zero, nan=nan, rays=4, span=0.3)
+    single = [{"range": value, "min_range": 0.1, "max_range": 5.0} for value in ranges]
+    for each in (found, [take("sensor_msgs/msg/Range", fields, zero=zero, nan=nan)[0] for fields in single]):
+        assert each == pytest.approx(expected, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -115,71 +210,6 @@ def test_a_single_range_of_0_means_what_robot_toml_says(zero, value):
 def test_a_scan_that_does_not_fit_is_a_fault(fields, text):
     with pytest.raises(DeviceError, match=text):
         take(SCAN, fields, rays=180, span=math.pi)
-
-
-angles = st.floats(-3.0, 3.0)
-
-
-@given(angles, st.floats(-1.5, 1.5), angles)
-def test_poses_agree_with_scipy(roll, pitch, yaw):
-    x, y, z, w = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_quat()
-    pose = {"position": {"x": 1.0, "y": -2.0, "z": 0.5}, "orientation": {"x": x, "y": y, "z": z, "w": w}}
-    odometry = {"pose": {"pose": pose}}
-    assert take("nav_msgs/msg/Odometry", odometry, take="position") == [1.0, -2.0, 0.5]
-    assert take("geometry_msgs/msg/PoseStamped", {"pose": pose}, take="orientation") == pytest.approx([yaw], abs=1e-6)
-    assert take("geometry_msgs/msg/PoseWithCovarianceStamped", odometry, take="attitude") == pytest.approx(
-        [roll, pitch], abs=1e-6
-    )
-
-
-IMU = {"orientation": {"w": 1.0}, "angular_velocity": {"z": 0.3}, "linear_acceleration": {"z": 9.8}}
-
-
-@pytest.mark.parametrize(
-    ("type", "fields", "keys", "values"),
-    [
-        ("sensor_msgs/msg/Range", {"range": 0.4, "min_range": 0.1, "max_range": 4.0}, {}, [0.4]),
-        ("sensor_msgs/msg/Range", {"range": 0.05, "min_range": 0.1, "max_range": 4.0}, {}, [0.1]),
-        ("sensor_msgs/msg/Range", {"range": 4.5, "min_range": 0.1, "max_range": 4.0}, {}, [math.inf]),
-        ("sensor_msgs/msg/Imu", IMU, {}, [0.3]),
-        ("sensor_msgs/msg/Imu", IMU, {"take": "acceleration"}, [0.0, 0.0, 9.8]),
-        ("sensor_msgs/msg/Imu", IMU, {"take": "orientation"}, [0.0]),
-        (
-            "nav_msgs/msg/Odometry",
-            {"twist": {"twist": {"linear": {"x": 0.5, "y": 0.1}, "angular": {"z": -0.2}}}},
-            {"take": "twist"},
-            [0.5, 0.1, 0.0, -0.2],
-        ),
-        (
-            "sensor_msgs/msg/JointState",
-            {"name": ["a", "left", "right"], "velocity": [9.0, 2.0, 4.0]},
-            {"joints": ("right", "left"), "wheel_radius": 0.1},
-            [0.4, 0.2],
-        ),
-        ("sensor_msgs/msg/BatteryState", {"percentage": 0.5, "voltage": 12.0}, {}, [0.5]),
-        ("sensor_msgs/msg/BatteryState", {"percentage": 0.5, "voltage": 12.0}, {"take": "voltage"}, [12.0]),
-        ("std_msgs/msg/Bool", {"data": True}, {}, [1.0]),
-        ("std_msgs/msg/Float64", {"data": 0.25}, {}, [0.25]),
-        ("std_msgs/msg/String", {"data": "docked"}, {"words": ("idle", "docked")}, [1.0]),
-        ("std_msgs/msg/String", {"data": "?"}, {"words": ("idle", "docked")}, [math.nan]),
-        (
-            "diagnostic_msgs/msg/DiagnosticArray",
-            {"status": [{"name": "motor left", "level": 2}, {"name": "battery", "level": 1}]},
-            {"status": "batt"},
-            [1.0],
-        ),
-        (
-            "geometry_msgs/msg/PoseWithCovarianceStamped",
-            {"pose": {"covariance": [0.04, *[0.0] * 6, 0.01, *[0.0] * 28]}},
-            {"take": "spread"},
-            [0.2],
-        ),
-        ("geometry_msgs/msg/Polygon", {"points": [{"x": 1.0}, {"x": 7.0}]}, {"values": ("points[1].x",)}, [7.0]),
-        ("std_msgs/msg/Float64MultiArray", {"data": [1.0, 2.0]}, {"values": ("data",)}, [1.0, 2.0]),
-    ],
-)
-def test_values(type, fields, keys, values):
-    assert take(type, fields, **keys) == pytest.approx(values, rel=1e-6, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -208,22 +238,4 @@ def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
 )
 def test_a_path_is_checked_against_the_type(path, text):
     with pytest.raises(InputError, match=text):
-        make_take(TYPES, Ros2SensorParameters(type=SCAN, topic="t", values=(path,)))
-
-
-@pytest.mark.parametrize(("type", "name"), [(t, n) for t, takes in TAKES.items() for n in takes if t != TRANSFORMS])
-def test_every_short_form_has_the_declared_number_of_values(type, name):
-    keys = {"rays": 4, "span": 0.3, "joints": ("a", "b"), "words": ("a",)}
-    own = {SCAN: ("rays", "span"), "sensor_msgs/msg/JointState": ("joints",), "std_msgs/msg/String": ("words",)}
-    given = {key: keys[key] for key in own.get(type, ())}
-    fields = {
-        SCAN: {"angle_min": -0.15, "angle_increment": 0.1, "ranges": [1.0] * 4},
-        "sensor_msgs/msg/JointState": {"name": ["a", "b"], name: [1.0, 2.0]},
-    }.get(type, {})
-    unit = {"orientation": {"w": 1.0}}
-    if "Pose" in type or "Odometry" in type:
-        fields = {"pose": unit if type.endswith("PoseStamped") else {"pose": unit}}
-    if type.endswith("Imu"):
-        fields = unit
-    expected = Ros2SensorParameters(type=type, topic="t", take=name, **given).size
-    assert len(take(type, fields, take=name, **given)) == expected
+        Ros2SensorParameters(type=SCAN, topic="t", values=(path,)).make_take(TYPES)

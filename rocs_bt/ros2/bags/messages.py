@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..messages.names import RosNames, robot_namespace
+from ..messages.topics import TOPICS, Channel, Values
 
 
 class Published(NamedTuple):
@@ -38,9 +39,17 @@ class BagMessages(RosNames):
         super().__init__(namespace)
         self.start = start
 
+    def topic(self, name: str) -> str:
+        """Full name of a topic; an absolute one is without the namespace."""
+        return name if name.startswith("/") else super().topic(name)
+
     def published(self, topic: str, t: float, kind: str, fields: Mapping[str, Any]) -> Published:
-        """Message of a topic at a time of the run [s]; an absolute topic is without the namespace."""
-        return Published(topic if topic.startswith("/") else self.topic(topic), self.start + t, kind, fields)
+        """Message of a topic at a time of the run [s]."""
+        return Published(self.topic(topic), self.start + t, kind, fields)
+
+    def measured(self, topic: str, t: float, stamp: float, kind: str, values: Values, channel: Channel) -> Published:
+        """Message with values of a short form, published and measured at two times of the run [s]."""
+        return self.published(topic, t, kind, TOPICS[kind].make(self.start + stamp, values, channel))
 
     def numbers(self, topic: str, t: float, values: Sequence[float]) -> Published:
         """Message with one number or several."""

@@ -25,14 +25,15 @@ from ...running.run_files import RunFiles
 from ...running.sink_thread import Relay
 from ...simulation.devices import make_sensor
 from ..devices.actuator_node import shared_node
-from ..devices.parameters import TRANSFORMS, Ros2SensorParameters
-from ..messages.forms import pose3
+from ..devices.parameters import Ros2SensorParameters
 from ..messages.message_types import MessageTypes
+from ..messages.takes import pose3
+from ..messages.topics import POSE, TRANSFORMS
 from ..network.qos import QoS
 from .bag_file import Bag
 from .transport import BagReader, BagTransport
 
-GOAL_TOPIC, GOAL_TYPE = "goal_pose", "geometry_msgs/msg/PoseStamped"
+GOAL_TOPIC, GOAL_TYPE = "goal_pose", POSE
 """Topic of the robot's goal, as rviz and Nav2 publish it."""
 
 

@@ -13,13 +13,13 @@ from ...event import Event
 from ...record import BodyInfo, RunHeader
 from ..messages import fields as messages
 from ..messages.names import BASE, MAP, ODOM
+from ..messages.topics import ODOMETRY, POSE, TOPICS, TRANSFORMS, Channel, pose_values
 from .markers import scene
 from .messages import BagMessages, Published, different_namespaces
 from .sensors import SensorTopics
 
 _ORIGIN = Pose3(0.0, 0.0, 0.0)
-_TF = "tf2_msgs/msg/TFMessage"
-_POSE = "geometry_msgs/msg/PoseStamped"
+_MAP = Channel(MAP)
 
 
 class RecordedTopics:
@@ -76,7 +76,7 @@ class RecordedTopics:
     def _static(self) -> Iterator[Published]:
         t, header = self._start + self._header.start, self._header
         frames = [messages.transform(t, *frame) for agent in self._agents.values() for frame in agent.frames()]
-        yield Published("/tf_static", t, _TF, messages.transforms(frames), latched=True)
+        yield Published("/tf_static", t, TRANSFORMS, messages.transforms(frames), latched=True)
         hulls = {self._movers.get(b.name) or self._agents[b.name].names.frame(BASE): b for b in header.bodies if b.hull}
         drawn = scene(t, MAP, header, hulls)
         yield Published("/scene", t, "visualization_msgs/msg/MarkerArray", drawn, latched=True)
@@ -102,12 +102,12 @@ class RecordedTopics:
         if not self._header.simulated or not _finite(pose):  # on hardware it is the robot's own estimate
             return
         t, agent, frame = self._start + event.t, self._agents.get(event.body), self._movers.get(event.body)
-        fields = messages.pose_stamped(t, MAP, pose)
+        fields = TOPICS[POSE].make(t, pose_values(pose), _MAP)
         if agent is not None:
-            yield Published(agent.names.topic("ground_truth"), t, _POSE, fields)
+            yield Published(agent.names.topic("ground_truth"), t, POSE, fields)
         elif frame is not None:
-            yield Published("/tf", t, _TF, messages.transforms([messages.transform(t, MAP, frame, pose)]))
-            yield Published(f"/{frame}/ground_truth", t, _POSE, fields)
+            yield Published("/tf", t, TRANSFORMS, TOPICS[TRANSFORMS].make(t, pose_values(pose), Channel(MAP, frame)))
+            yield Published(f"/{frame}/ground_truth", t, POSE, fields)
 
 
 class AgentTopics:
@@ -124,7 +124,7 @@ class AgentTopics:
         self.names = names
         self._name = name
         self._sensors = sensors
-        self._measured = sensors.ros2.names  # full names of topics
+        self._measured = sensors.topics  # full names of topics
         self._motion = robot.locomotion.actuator if robot else ""
         self._locomotion = robot_locomotion(robot.locomotion) if robot else None
         self._signals: dict[str, list[float]] = {}
@@ -154,7 +154,7 @@ class AgentTopics:
 
     def finished(self, t: float, *, over: bool) -> Iterator[Published]:
         """Messages that are complete when the time advances after t [s], or the recording is over."""
-        yield from self._sensors.ros2.finished(t, over=over)
+        yield from self._sensors.finished(t, over=over)
         yield from self._odometry()
 
     def _odometry(self) -> Iterator[Published]:
@@ -171,13 +171,11 @@ class AgentTopics:
         if not _finite(pose):
             return
         twist = Twist3(*(one.get(name, 0.0) for name in ("speed", "lateral_speed", "climb", "turn_rate")))
-        at, odom, base = self.names.start + stamp, self.names.frame(ODOM), self.names.frame(BASE)
-        if self.names.topic("odom") not in self._measured:
-            fields = messages.odometry(at, odom, base, pose, twist)
-            yield self.names.published("odom", t, "nav_msgs/msg/Odometry", fields)
-        if "/tf" not in self._measured:
-            moved = messages.transforms([messages.transform(at, odom, base, pose)])
-            yield self.names.published("/tf", t, _TF, moved)
+        channel = Channel(self.names.frame(ODOM), self.names.frame(BASE))
+        values = {**pose_values(pose), "twist": twist}
+        for topic, kind in (("odom", ODOMETRY), ("/tf", TRANSFORMS)):
+            if self.names.topic(topic) not in self._measured:
+                yield self.names.measured(topic, t, stamp, kind, values, channel)
 
     def _written(self, event: ev.SignalsWritten) -> Iterator[Published]:
         for name, values in event.values.items():
@@ -228,9 +226,7 @@ class AgentTopics:
             x, y, yaw = self._poses.get(str(value), (math.nan,) * 3)
             if _finite((x, y)):
                 pose = Pose3(x, y, 0.0, yaw=yaw if math.isfinite(yaw) else 0.0)
-                yield self.names.published(
-                    "goal_pose", event.t, _POSE, messages.pose_stamped(self.names.start + event.t, MAP, pose)
-                )
+                yield self.names.measured("goal_pose", event.t, event.t, POSE, pose_values(pose), _MAP)
 
 
 def _namespaces(header: RunHeader, robots: Mapping[str, RobotSpec], names: Mapping[str, str]) -> Mapping[str, str]:

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from ...base.errors import Fault, InputError
 from ...catalog import ActuatorSpec, RobotSpec
 from ...drivers import ROS2, Ros2Settings, read_parameters
-from ..messages.forms import make_take, message_size
 from ..messages.message_types import MessageTypes
 from ..network.rclpy_transport import definition
-from .parameters import TRANSFORMS, Ros2SensorParameters
+from .parameters import Ros2SensorParameters
 
 
 def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
@@ -31,9 +30,8 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     for sensor in sensors:
         try:
             given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
-            if given.type != TRANSFORMS:  # read as a tree of frames
-                make_take(types, given)
-            message_size(types, given)
+            given.make_take(types)
+            given.message_size(types)
         except InputError as error:
             yield from error.at(robot.file, sensor.line).faults
 

@@ -1,49 +1,23 @@
-"""Keys of sensors and actuators with `driver = "ros2"` in robot.toml, and the values that each message type offers."""
+"""Keys of sensors and actuators with `driver = "ros2"` in robot.toml."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...base.errors import Fault, InputError, unknown
 from ...base.units import Metres, Radians
 from ..messages.field_path import FieldPath
+from ..messages.message_types import MessageTypes
+from ..messages.takes import Take
+from ..messages.topics import TOPICS, TRANSFORMS, Topic
 from ..network.qos import QoS
 from ..settings import name_faults
 
-SCAN = "sensor_msgs/msg/LaserScan"
-RANGE = "sensor_msgs/msg/Range"
-JOINTS = "sensor_msgs/msg/JointState"
-NUMBER = "std_msgs/msg/Float64"
-STRING = "std_msgs/msg/String"
-DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
-TRANSFORMS = "tf2_msgs/msg/TFMessage"
 TWIST = "geometry_msgs/msg/Twist"
 TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
 ARRAY = "std_msgs/msg/Float64MultiArray"
-
-_POSE = {"position": 3, "orientation": 1, "attitude": 2, "height": 1}
-
-TAKES: Mapping[str, Mapping[str, int | None]] = {
-    SCAN: {"ranges": None},
-    RANGE: {"range": 1},
-    "sensor_msgs/msg/Imu": {"turn_rate": 1, "orientation": 1, "attitude": 2, "acceleration": 3},
-    "nav_msgs/msg/Odometry": {**_POSE, "twist": 4},
-    JOINTS: {"velocity": None, "position": None, "effort": None},
-    "geometry_msgs/msg/PoseWithCovarianceStamped": {**_POSE, "spread": 1},
-    "geometry_msgs/msg/PoseStamped": _POSE,
-    "sensor_msgs/msg/BatteryState": {"percentage": 1, "voltage": 1, "current": 1},
-    DIAGNOSTICS: {"level": 1},
-    "std_msgs/msg/Bool": {"data": 1},
-    NUMBER: {"data": 1},
-    STRING: {"word": 1},
-    TRANSFORMS: _POSE,
-}
-"""Values that can be taken from messages of each type with a short form; the first by default.
-
-Each has its number of numbers; None if other keys declare this number.
-"""
 
 ACTUATOR_TYPES = (TWIST, TWIST_STAMPED, ARRAY)
 """Message types of actuators."""
@@ -64,7 +38,7 @@ class Ros2SensorParameters:
         type: Message type, such as `sensor_msgs/msg/LaserScan`.
         topic: Name of the topic; a relative one is in the namespace of the `[ros2]` table.
         topics: Names of several topics of the same type, in place of `topic`; their values are concatenated.
-        take: Value that is taken from a message with a short form (`TAKES`); by default the first.
+        take: Value that is taken from a message with a short form (`TOPICS`); by default the first.
         values: Paths to fields, such as `pose.pose.position.x`, in place of `take`.
         length: Number of values of a message, for `values` with an array of variable length; by default that of the
             first message.
@@ -118,8 +92,9 @@ class Ros2SensorParameters:
             faults.append(unknown("meaning of zero", self.zero, ZEROS))
         if self.nan not in NANS:
             faults.append(unknown("meaning of NaN", self.nan, NANS))
-        if (self.zero, self.nan) != (ZEROS[0], NANS[0]) and (self.type not in (SCAN, RANGE) or self.values):
-            faults.append(Fault("zero and nan are for the short forms of LaserScan and Range.", hint="Omit them."))
+        if (self.zero, self.nan) != (ZEROS[0], NANS[0]) and "zero" not in self.keys:
+            types = " and ".join(topic.type.rpartition("/")[2] for topic in TOPICS.values() if "zero" in topic.keys)
+            faults.append(Fault(f"zero and nan are for the short forms of {types}.", hint="Omit them."))
         try:
             self.qos  # noqa: B018 - checks the policies
             for path in self.values:
@@ -130,27 +105,35 @@ class Ros2SensorParameters:
             raise InputError(*faults)
 
     def _take_faults(self) -> list[Fault]:
-        takes = TAKES.get(self.type)
-        if takes is None and not self.values:
-            hint = f'Write values = ["a.b", "c[0]"]. Types with a short form: {", ".join(TAKES)}.'
+        if self.type not in TOPICS and not self.values:
+            hint = f'Write values = ["a.b", "c[0]"]. Types with a short form: {", ".join(TOPICS)}.'
             return [Fault(f"'{self.type}' has no short form: values is needed.", hint=hint)]
         faults = []
         if self.take and self.values:
             faults.append(Fault("take and values exclude each other."))
         if self.length < 0 or (self.length and not self.values):
             faults.append(Fault("length is for values, and positive.", hint='Write values = ["data"] and length = 4.'))
-        if self.take and takes is not None and self.take not in takes:
-            faults.append(unknown("value to take", self.take, takes, f"'{self.type}'"))
-        sound = 2 <= self.rays <= MAX_RAYS and 0.0 < self.span <= math.tau
-        if self.type == SCAN and not self.values and not sound:
+        if self.take and self.type in TOPICS and self.take not in TOPICS[self.type].sizes:
+            faults.append(unknown("value to take", self.take, TOPICS[self.type].sizes, f"'{self.type}'"))
+        if "rays" in self.keys and not (2 <= self.rays <= MAX_RAYS and 0.0 < self.span <= math.tau):
             found = f"{self.rays} and {math.degrees(self.span):.4g} deg"
             message = f"a scan needs rays (2 to {MAX_RAYS}) and span (up to 360 deg), found {found}."
             faults.append(Fault(message, hint='Write rays = 360 and span = "359 deg".'))
-        if self.type == JOINTS and not self.joints and not self.values:
+        if "joints" in self.keys and not self.joints:
             faults.append(Fault("joints is needed, the names of the joints.", hint='Write joints = ["left", "right"].'))
-        if self.type == STRING and not self.words and not self.values:
+        if "words" in self.keys and not self.words:
             faults.append(Fault("words is needed, the texts that the topic can have."))
         return faults
+
+    @property
+    def form(self) -> Topic | None:
+        """Short form of the messages; None if `values` lists fields, or there is none."""
+        return None if self.values else TOPICS.get(self.type)
+
+    @property
+    def keys(self) -> Sequence[str]:
+        """Keys of the short form."""
+        return () if self.form is None else self.form.keys
 
     @property
     def all_topics(self) -> tuple[str, ...]:
@@ -167,23 +150,55 @@ class Ros2SensorParameters:
     @property
     def taken(self) -> str:
         """Value that is taken from a message; empty if `values` lists fields."""
-        return "" if self.values else self.take or next(iter(TAKES[self.type]))
+        return "" if self.form is None else self.take or next(iter(self.form.sizes))
 
     def scale(self, declared: float) -> float:
-        """Factor from the numbers of a message to the values of a reading.
+        """Factor from the numbers of a message to the values of a reading, for that of the sensor's `unit`.
 
         `unit` is the unit of fields (`values`) and of a Float64; all other short forms are in SI by definition.
         """
-        return declared if self.values or self.type == NUMBER else 1.0
+        if self.form is None or self.form.scale == "unit":
+            return declared
+        return float(getattr(self, self.form.scale)) if self.form.scale else 1.0
 
     @property
     def size(self) -> int | None:
         """Number of values of a reading; None if it depends on the messages."""
-        if self.values:
+        if self.form is None:
             return self.length * len(self.all_topics) or None
-        own = {SCAN: self.rays, JOINTS: len(self.joints)}
-        each = own.get(self.type, TAKES[self.type][self.taken])
-        return None if each is None else each * len(self.all_topics)
+        each = self.form.sizes[self.taken]
+        if isinstance(each, str):
+            declared = getattr(self, each)
+            each = int(declared) if isinstance(declared, int) else len(declared)
+        return each * len(self.all_topics)
+
+    def message_size(self, types: MessageTypes) -> int | None:
+        """Number of values of a message, by the declarations in robot.toml and of the message type; None without one.
+
+        Raises:
+            InputError: `length` is not the number of values of the fields.
+        """
+        if self.size is not None and not self.values:
+            return self.size // len(self.all_topics)
+        sizes = [FieldPath(text).size(types, self.type) for text in self.values]
+        known, fixed = sum(size or 0 for size in sizes), None not in sizes
+        if self.length and (self.length < known or (fixed and self.length != known)):
+            raise InputError(Fault(f"length is {self.length}, but the fields of {self.type} have {known} values."))
+        return self.length or (known if fixed else None)
+
+    def make_take(self, types: MessageTypes) -> Take:
+        """Create the function that takes the sensor's values from messages.
+
+        Raises:
+            InputError: The message type is unknown, or lacks a field.
+        """
+        types.message(self.type)
+        if self.form is not None:
+            return self.form.take(self.taken, **{key: getattr(self, key) for key in self.form.keys})
+        paths = [FieldPath(text) for text in self.values]
+        for path in paths:
+            path.check(types, self.type)
+        return lambda message: [value for path in paths for value in path.numbers(message)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,15 +8,14 @@ from typing import Any, Protocol
 from ...base.errors import DeviceError
 from ...base.geometry import Pose3
 from ...interfaces.device import Reading, Sensor
-from ..messages.forms import POSE_TAKES, make_take, message_size
 from ..messages.frames import Frames
+from ..messages.takes import POSE_TAKES
+from ..messages.topics import TRANSFORMS
 from ..network.matching import OwnEndpoint
 from ..network.node import MAX_AHEAD, RosNode, header_stamp
 from ..network.qos import QoS
 from ..network.transport import Reader, Sample
-from .parameters import DIAGNOSTICS, JOINTS, TRANSFORMS, Ros2SensorParameters
-
-_PARTIAL = (JOINTS, DIAGNOSTICS)  # several nodes publish parts of the whole on one topic
+from .parameters import Ros2SensorParameters
 
 
 class SensorNode(Sensor):
@@ -151,10 +150,10 @@ class _Topic:
         self._given = given
         self._scale = scale
         self._stamps = stamps
-        self._take = make_take(node.types, given)
+        self._take = given.make_take(node.types)
         self._silent = True  # whether no message was about the sensor's values
-        self._every = given.type in _PARTIAL and not given.values
-        self._size = message_size(node.types, given)
+        self._every = given.form is not None and given.form.parts
+        self._size = given.message_size(node.types)
         self.reader = node.reader(topic, given.type, given.qos)
 
     def newest(self) -> Reading | None:

@@ -15,8 +15,9 @@ from ...catalog import RobotSpec
 from ...drivers import ROS2, read_parameters
 from ..devices.actuator_node import NODE as RUN
 from ..devices.actuator_node import isolated_node
-from ..devices.parameters import TRANSFORMS, Ros2ActuatorParameters, Ros2SensorParameters
-from ..messages.forms import Take, make_take
+from ..devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from ..messages.takes import Take
+from ..messages.topics import TRANSFORMS
 from ..network.connect import open_transport
 from ..network.matching import OwnEndpoint
 from ..network.node import MAX_AHEAD, NOTABLE_AHEAD, RosNode, header_stamp
@@ -126,7 +127,7 @@ def _sensors(robot: RobotSpec, node: RosNode) -> Iterator[_Heard]:
         if sensor.driver == ROS2:
             with located_at(robot.file, sensor.line):
                 given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
-                take = _transforms if given.type == TRANSFORMS else make_take(node.types, given)
+                take = _transforms if given.type == TRANSFORMS else given.make_take(node.types)
                 for topic in given.all_topics:
                     reader = node.reader(topic, given.type, given.qos)
                     most = min(MAX_OFFSET, sensor.validity(1.0 / (sensor.rate or RATE)))

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ...base.errors import DeviceError
-from .forms import pose3
+from .takes import pose3
 
 Quaternion = tuple[float, float, float, float]
 Vector = tuple[float, float, float]

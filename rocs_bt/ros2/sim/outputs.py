@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
@@ -22,6 +22,7 @@ from ...simulation.robot_links import RobotLinks
 from ..messages import fields as messages
 from ..messages.fields import UNMEASURED
 from ..messages.names import BASE, FOOTPRINT, MAP, ODOM
+from ..messages.topics import IMU, JOINTS, ODOMETRY, POSE_FIX, RANGE, SCAN, Channel, Values, pose_values
 from ..network.qos import QoS
 from .publishers import RobotPublishers, TfPublishers
 from .wheel_odometry import EXACT, Motion, WheelOdometry
@@ -53,54 +54,55 @@ class Output:
     publish: Callable[[], None]
 
 
+def _output(
+    sensor: Sensor,
+    rate: Rate,
+    names: RobotPublishers,
+    kind: str,
+    topics: Mapping[str, Channel],
+    values: Callable[[Sequence[float]], Iterable[Values]],
+    *,
+    qos: QoS = SENSORS,
+) -> Output:
+    """Publisher of the readings of a sensor, on topics of a type: for each the channel, and the part of the values."""
+    publishers = [(names.publisher(topic, kind, qos, rate), channel) for topic, channel in topics.items()]
+
+    def publish() -> None:
+        reading = sensor.read()
+        for (publisher, channel), each in zip(publishers, values(reading.values), strict=True):
+            publisher.measure(reading.stamp, each, channel)
+
+    return Output(sensor.name, rate, publish)
+
+
 def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Scan of a lidar."""
     frame, given = names.frame(sensor.name), sensor.parameters
-    publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", SENSORS, rate)
     link, pose = links.site(given.site)
     names.fix(names.frame(link), frame, pose)
-    first, step = -0.5 * given.span, given.span / (given.rays - 1)
-
-    def publish() -> None:
-        reading, limits, times = sensor.read(), given.range, (rate.period, given.sweep)
-        ranges = np.asarray(reading.values, np.float32)
-        publisher.send(
-            messages.laser_scan(reading.stamp, frame, ranges, first=first, step=step, limits=limits, times=times)
-        )
-
-    return Output(sensor.name, rate, publish)
+    first, step, times = -0.5 * given.span, given.span / (given.rays - 1), (rate.period, given.sweep)
+    channel = Channel(frame, first=first, step=step, limits=given.range, times=times)
+    return _output(sensor, rate, names, SCAN, {topic: channel}, lambda values: [{"ranges": values}])
 
 
 def _ranges(sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Ranges of sensors with conical beams, one topic for each beam."""
-    beams, given = [], sensor.parameters
+    given, beams = sensor.parameters, {}
     for site in given.sites:
-        publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", SENSORS, rate)
         link, pose = links.site(site)
         names.fix(names.frame(link), names.frame(site), _beam(pose))
-        beams.append((publisher, names.frame(site)))
-
-    def publish() -> None:
-        reading, opening = sensor.read(), 2.0 * given.half_angle
-        for (publisher, frame), distance in zip(beams, reading.values, strict=True):
-            publisher.send(messages.sonar_range(reading.stamp, frame, distance, opening=opening, limits=given.range))
-
-    return Output(sensor.name, rate, publish)
+        beams[f"range/{site}"] = Channel(names.frame(site), opening=2.0 * given.half_angle, limits=given.range)
+    return _output(sensor, rate, names, RANGE, beams, lambda values: [{"range": [value]} for value in values])
 
 
 def _imu(sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Turn rate of a gyro."""
     frame = names.frame(sensor.name)
-    publisher = names.publisher(topic, "sensor_msgs/msg/Imu", SENSORS, rate)
     variance = max(sensor.mount.noise**2 + sensor.parameters.bias_noise**2, EXACT)
     covariance = messages.diagonal([UNMEASURED, UNMEASURED, variance])
     names.fix(names.frame(BASE), frame, Pose3(0.0, 0.0, 0.0))
-
-    def publish() -> None:
-        reading = sensor.read()
-        publisher.send(messages.imu(reading.stamp, frame, reading.values[0], covariance))
-
-    return Output(sensor.name, rate, publish)
+    channel = Channel(frame, covariances={"angular_velocity": covariance})
+    return _output(sensor, rate, names, IMU, {topic: channel}, lambda values: [{"turn_rate": values}])
 
 
 def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> Output:
@@ -108,28 +110,27 @@ def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers
     world = sensor.mount.world
     named = (str(world.model.joint(int(world.model.dof_jntid[dof])).name) for dof in sensor.motors.joints)
     joints = [joint.removeprefix(f"{names.robot}/") for joint in named]
-    publisher = names.publisher("joint_states", "sensor_msgs/msg/JointState", STATE, rate)
 
-    def publish() -> None:
-        reading = sensor.read()
-        measured = [v / f for v, f in zip(reading.values, sensor.parameters.factors, strict=True)]
-        travel = isinstance(sensor, WheelTravel)
-        angles = measured if travel else world.motor_angles(sensor.motors)
-        speeds = world.motor_speeds(sensor.motors) if travel else measured
-        publisher.send(messages.joint_state(reading.stamp, joints, angles, speeds))
+    def values(values: Sequence[float]) -> Iterator[Values]:
+        measured = [v / f for v, f in zip(values, sensor.parameters.factors, strict=True)]
+        if isinstance(sensor, WheelTravel):
+            yield {"position": measured, "velocity": world.motor_speeds(sensor.motors)}
+        else:
+            yield {"position": world.motor_angles(sensor.motors), "velocity": measured}
 
-    return Output(sensor.name, rate, publish)
+    return _output(sensor, rate, names, JOINTS, {"joint_states": Channel(names=joints)}, values, qos=STATE)
 
 
 def _odometry(read: Callable[[], Motion], rate: Rate, names: RobotPublishers, height: float) -> Output:
     """Odometry of `base_link`, and the transform from `odom` to `base_footprint`, which is below it."""
-    publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
+    publisher = names.publisher("odom", ODOMETRY, STATE, rate)
     tf = names.tf if names.options.odom_to_base else None
     odom, footprint, base = map(names.frame, (ODOM, FOOTPRINT, BASE))
 
     def publish() -> None:
         stamp, pose, twist, *errors = read()
-        publisher.send(messages.odometry(stamp, odom, base, pose, twist, errors))
+        channel = Channel(odom, base, covariances=dict(zip(("pose", "twist"), errors, strict=True)))
+        publisher.measure(stamp, {**pose_values(pose), "twist": twist}, channel)
         if tf is not None:
             tf.send([messages.transform(stamp, odom, footprint, _below(pose, height))])
 
@@ -149,17 +150,14 @@ def _joined(links: RobotLinks, tf: TfPublishers, rate: Rate, names: RobotPublish
 
 def _pose_fix(position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> Output:
     """Noisy measurements of the pose in the map."""
-    publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
     place, heading = (max(each.mount.noise**2, EXACT) for each in (position, orientation))
     covariance = messages.diagonal([place, place, place, UNMEASURED, UNMEASURED, heading])
 
-    def publish() -> None:
-        reading, (yaw,) = position.read(), orientation.read().values
-        x, y, z = reading.values
-        pose = Pose3(x, y, z, yaw=yaw)
-        publisher.send(messages.pose_with_covariance(reading.stamp, MAP, pose, covariance))
+    def values(place: Sequence[float]) -> Iterator[Values]:
+        yield {"position": place, "orientation": orientation.read().values}
 
-    return Output("pose", rate, publish)
+    channel = Channel(MAP, covariances={"pose": covariance})
+    return _output(position, rate, names, POSE_FIX, {"pose": channel}, values, qos=STATE)
 
 
 def _values(sensor: Sensor, rate: Rate, names: RobotPublishers) -> Output:

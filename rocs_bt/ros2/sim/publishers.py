@@ -10,13 +10,12 @@ from ...base.clock import Rate
 from ...base.geometry import Pose3
 from ..messages import fields as messages
 from ..messages.names import RosNames
+from ..messages.topics import TOPICS, TRANSFORMS, Channel, Values
 from ..network.qos import QoS
 from ..network.transport import Transport
 
-TRANSFORMS = QoS("reliable", "volatile", 100)
+MOVING = QoS("reliable", "volatile", 100)
 """Quality of service of `/tf`, as tf2 offers it."""
-
-_TF = "tf2_msgs/msg/TFMessage"
 
 
 class Publisher:
@@ -38,6 +37,10 @@ class Publisher:
         self._types = transport.types
         self._writer = transport.writer(topic, type, qos)
 
+    def measure(self, stamp: float, values: Values, channel: Channel) -> None:
+        """Publish values of a short form with a stamp [s]."""
+        self.send(TOPICS[self.type].make(stamp, values, channel))
+
     def send(self, fields: Mapping[str, Any]) -> None:
         """Publish a message, given by its fields."""
         self._writer.write(self._types.serialize(self._types.make(self.type, **fields)))
@@ -52,8 +55,8 @@ class TfPublishers:
 
     def __init__(self, transport: Transport, namespace: str = "") -> None:
         names = RosNames(namespace)
-        self._moving = Publisher(transport, names.topic("tf"), _TF, TRANSFORMS)
-        self._static = Publisher(transport, names.topic("tf_static"), _TF, QoS.LATCHED)
+        self._moving = Publisher(transport, names.topic("tf"), TRANSFORMS, MOVING)
+        self._static = Publisher(transport, names.topic("tf_static"), TRANSFORMS, QoS.LATCHED)
         self.publishers = (self._moving, self._static)
 
     def send(self, transforms: Sequence[messages.Fields]) -> None:

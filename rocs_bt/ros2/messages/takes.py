@@ -1,4 +1,4 @@
-"""Short forms of message types: functions that take the values of a sensor from a message, in SI units."""
+"""Functions that take the values of a sensor from a message, in SI units."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.errors import DeviceError, Fault, InputError
+from ...base.errors import DeviceError
 from ...base.geometry import Pose3
-from ..devices.parameters import DIAGNOSTICS, JOINTS, NUMBER, RANGE, SCAN, STRING, Ros2SensorParameters
-from .field_path import FieldPath
-from .message_types import MessageTypes
 
 Take = Callable[[Any], Sequence[float]]
 """Function from a message to the values of a reading; none if the message is not about them.
@@ -24,46 +21,6 @@ It raises DeviceError for a faulty message.
 Array = npt.NDArray[np.float64]
 
 _MEANINGS = {"minimum": 0.0, "no_echo": math.inf, "invalid": math.nan}  # of the ranges 0 and NaN
-
-
-def message_size(types: MessageTypes, given: Ros2SensorParameters) -> int | None:
-    """Number of values of a message, by the declarations in robot.toml and of the message type; None without one.
-
-    Raises:
-        InputError: `length` is not the number of values of the fields.
-    """
-    if given.size is not None and not given.values:
-        return given.size // len(given.all_topics)
-    sizes = [FieldPath(text).size(types, given.type) for text in given.values]
-    known, fixed = sum(size or 0 for size in sizes), None not in sizes
-    if given.length and (given.length < known or (fixed and given.length != known)):
-        raise InputError(Fault(f"length is {given.length}, but the fields of {given.type} have {known} values."))
-    return given.length or (known if given.values and fixed else None)
-
-
-def make_take(types: MessageTypes, given: Ros2SensorParameters) -> Take:
-    """Create the function that takes a sensor's values from messages.
-
-    Raises:
-        InputError: The message type is unknown, or lacks a field.
-    """
-    types.message(given.type)
-    if given.values:
-        paths = [FieldPath(text) for text in given.values]
-        for path in paths:
-            path.check(types, given.type)
-        return lambda message: [value for path in paths for value in path.numbers(message)]
-    if given.type == SCAN:
-        return ScanReducer(given.rays, given.span, given.zero, given.nan)
-    if given.type == RANGE:
-        return lambda message: [_range(message, given)]
-    if given.type == JOINTS:
-        return lambda message: _joints(message, given)
-    if given.type == STRING:
-        return lambda message: [_index(message.data, given.words)]
-    if given.type == DIAGNOSTICS:
-        return WorstLevel(given.status)
-    return _TAKES[given.type, given.taken]
 
 
 class ScanReducer:
@@ -164,28 +121,44 @@ class WorstLevel:
         return [float(max((3 if now - at > STALE else level for level, at in self._levels.values()), default=0))]
 
 
-def _joints(message: Any, given: Ros2SensorParameters) -> list[float]:
-    values, names = getattr(message, given.taken), list(message.name)
-    if names and not set(names) & set(given.joints):
-        return []  # of other joints: an arm may publish on the same topic
-    if missing := [joint for joint in given.joints if joint not in names]:
-        raise DeviceError(f"the message has no joint '{missing[0]}', but {', '.join(names) or 'none'}")
-    if len(values) != len(names):
-        raise DeviceError(f"{given.taken} has {len(values)} values for {len(names)} joints")
-    return [given.wheel_radius * float(values[names.index(joint)]) for joint in given.joints]
+def take_range(zero: str, nan: str) -> Take:
+    """Range of a Range message [m]; see `ScanReducer`."""
+
+    def take(message: Any) -> list[float]:
+        value, low, high = float(message.range), float(message.min_range), float(message.max_range)
+        if value == 0.0 or math.isnan(value):
+            value = _MEANINGS[zero if value == 0.0 else nan]
+        if not math.isnan(value):
+            value = math.inf if value > high > low else max(value, low)
+        return [value]
+
+    return take
 
 
-def _index(text: str, words: Sequence[str]) -> float:
-    return float(words.index(text)) if text in words else math.nan
+def take_joints(field: str, joints: Sequence[str]) -> Take:
+    """Values of joints from a field of a JointState; none from a message about others, such as those of an arm."""
+
+    def take(message: Any) -> list[float]:
+        values, names = getattr(message, field), list(message.name)
+        if names and not set(names) & set(joints):
+            return []
+        if missing := [joint for joint in joints if joint not in names]:
+            raise DeviceError(f"the message has no joint '{missing[0]}', but {', '.join(names) or 'none'}")
+        if len(values) != len(names):
+            raise DeviceError(f"{field} has {len(values)} values for {len(names)} joints")
+        return [float(values[names.index(joint)]) for joint in joints]
+
+    return take
 
 
-def _range(message: Any, given: Ros2SensorParameters) -> float:
-    value, low, high = float(message.range), float(message.min_range), float(message.max_range)
-    if value == 0.0 or math.isnan(value):
-        value = _MEANINGS[given.zero if value == 0.0 else given.nan]
-    if math.isnan(value):
-        return value
-    return math.inf if value > high > low else max(value, low)
+def take_word(words: Sequence[str]) -> Take:
+    """Index of the text of a String in `words`; NaN for another text."""
+    return lambda message: [float(words.index(message.data)) if message.data in words else math.nan]
+
+
+def take_number(field: str) -> Take:
+    """Number of a field."""
+    return lambda message: [float(getattr(message, field))]
 
 
 def pose3(position: Any, orientation: Any) -> Pose3:
@@ -198,8 +171,7 @@ def pose3(position: Any, orientation: Any) -> Pose3:
     length = math.hypot(*q)
     if not (math.isfinite(length) and abs(length - 1.0) < 0.1):
         raise DeviceError(f"the orientation is no unit quaternion: {q}")
-    place = [float(getattr(position, axis)) for axis in ("x", "y", "z")]
-    return Pose3.from_quaternion(place, [each / length for each in q])
+    return Pose3.from_quaternion(_xyz(position), [each / length for each in q])
 
 
 POSE_TAKES: dict[str, Callable[[Pose3], list[float]]] = {
@@ -211,53 +183,38 @@ POSE_TAKES: dict[str, Callable[[Pose3], list[float]]] = {
 """Values that can be taken from a pose."""
 
 
-def _pose_take(inner: Callable[[Any], Any], take: Callable[[Pose3], list[float]]) -> Take:
-    return lambda message: take(pose3(inner(message).position, inner(message).orientation))
+def take_pose(taken: str, inner: Callable[[Any], Any]) -> Take:
+    """Value of the Pose that a function finds in a message."""
+    return lambda message: POSE_TAKES[taken](pose3(inner(message).position, inner(message).orientation))
 
 
-def _twist(message: Any) -> list[float]:
-    linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    return [float(linear.x), float(linear.y), float(linear.z), float(angular.z)]
+def take_twist(message: Any) -> list[float]:
+    """Velocity of an Odometry: forward, left, up [m/s] and turn rate [rad/s]."""
+    twist = message.twist.twist
+    return [*_xyz(twist.linear), float(twist.angular.z)]
 
 
-def _spread(message: Any) -> list[float]:
+def take_spread(message: Any) -> list[float]:
+    """Largest standard deviation of the place of a PoseWithCovarianceStamped [m]; NaN if it is unknown."""
     covariance = np.asarray(message.pose.covariance, dtype=float).reshape(6, 6)[:2, :2]
     largest = float(np.linalg.eigvalsh(covariance)[-1]) if np.isfinite(covariance).all() else math.nan
     return [math.sqrt(largest) if largest >= 0.0 else math.nan]
 
 
-def _imu_pose(take: Callable[[Pose3], list[float]]) -> Take:
-    def read(message: Any) -> list[float]:
+def take_imu(taken: str) -> Take:
+    """Value of an Imu."""
+    if taken == "turn_rate":
+        return lambda message: [float(message.angular_velocity.z)]
+    if taken == "acceleration":
+        return lambda message: _xyz(message.linear_acceleration)
+
+    def take(message: Any) -> list[float]:
         if float(message.orientation_covariance[0]) == -1.0:  # by the message's definition
             raise DeviceError("the device does not estimate an orientation")
-        return take(pose3(message.linear_acceleration, message.orientation))
+        return POSE_TAKES[taken](pose3(message.linear_acceleration, message.orientation))
 
-    return read
+    return take
 
 
-_INNER_POSES: dict[str, Callable[[Any], Any]] = {
-    "nav_msgs/msg/Odometry": lambda message: message.pose.pose,
-    "geometry_msgs/msg/PoseWithCovarianceStamped": lambda message: message.pose.pose,
-    "geometry_msgs/msg/PoseStamped": lambda message: message.pose,
-}
-
-_TAKES: dict[tuple[str, str], Take] = {
-    ("sensor_msgs/msg/Imu", "turn_rate"): lambda message: [float(message.angular_velocity.z)],
-    ("sensor_msgs/msg/Imu", "orientation"): _imu_pose(POSE_TAKES["orientation"]),
-    ("sensor_msgs/msg/Imu", "attitude"): _imu_pose(POSE_TAKES["attitude"]),
-    ("sensor_msgs/msg/Imu", "acceleration"): lambda message: [
-        float(getattr(message.linear_acceleration, axis)) for axis in ("x", "y", "z")
-    ],
-    ("nav_msgs/msg/Odometry", "twist"): _twist,
-    ("geometry_msgs/msg/PoseWithCovarianceStamped", "spread"): _spread,
-    ("sensor_msgs/msg/BatteryState", "percentage"): lambda message: [float(message.percentage)],
-    ("sensor_msgs/msg/BatteryState", "voltage"): lambda message: [float(message.voltage)],
-    ("sensor_msgs/msg/BatteryState", "current"): lambda message: [float(message.current)],
-    ("std_msgs/msg/Bool", "data"): lambda message: [float(message.data)],
-    (NUMBER, "data"): lambda message: [float(message.data)],
-    **{
-        (kind, name): _pose_take(inner, take)
-        for kind, inner in _INNER_POSES.items()
-        for name, take in POSE_TAKES.items()
-    },
-}
+def _xyz(vector: Any) -> list[float]:
+    return [float(vector.x), float(vector.y), float(vector.z)]
