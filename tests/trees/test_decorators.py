@@ -1,4 +1,4 @@
-"""Decorators, switches and the nodes for navigation, one truth after the other."""
+"""Decorators, switches and nodes for navigation, where test_conformance.py has no C++ engine to compare with."""
 
 from __future__ import annotations
 
@@ -12,32 +12,12 @@ from .scripted import Bench
 @pytest.mark.parametrize(
     ("tag", "attributes", "letters", "stories"),
     [
-        ("Inverter", {}, "SFRK", ["FAILURE A.start=S", "SUCCESS A.start=F", "RUNNING A.start=R", "SKIPPED A.run=K"]),
-        ("ForceSuccess", {}, "SF", ["SUCCESS A.start=S", "SUCCESS A.start=F"]),
-        ("ForceFailure", {}, "SF", ["FAILURE A.start=S", "FAILURE A.start=F"]),
-        ("KeepRunningUntilFailure", {}, "SF", ["RUNNING A.start=S", "FAILURE A.start=F"]),
-        ("Repeat", {"num_cycles": "0"}, "S", ["SUCCESS"]),
-        ("Repeat", {"num_cycles": "2"}, "SF", ["RUNNING A.start=S", "FAILURE A.start=F"]),
-        ("Repeat", {"num_cycles": "2"}, "SKS", ["RUNNING A.start=S", "SKIPPED A.start=K", "SUCCESS A.start=S"]),
-        ("RetryUntilSuccessful", {"num_attempts": "0"}, "S", ["FAILURE"]),
-        ("RetryUntilSuccessful", {"num_attempts": "2"}, "F", ["RUNNING A.start=F", "FAILURE A.start=F"]),
-        ("RetryUntilSuccessful", {"num_attempts": "-1"}, "FFS", ["RUNNING A.start=F"] * 2 + ["SUCCESS A.start=S"]),
-        ("RunOnce", {}, "RS", ["RUNNING A.start=R", "SUCCESS A.run=S", "SKIPPED"]),
-        ("RunOnce", {"then_skip": "false"}, "F", ["FAILURE A.start=F", "FAILURE"]),
         ("Delay", {"delay_msec": "150"}, "RS", ["RUNNING", "RUNNING", "RUNNING A.start=R", "SUCCESS A.run=S"]),
         ("Timeout", {"msec": "150"}, "R", ["RUNNING A.start=R", "RUNNING A.run=R", "FAILURE A.halt"]),
         ("Timeout", {"msec": "0"}, "RRRS", ["RUNNING A.start=R"] + ["RUNNING A.run=R"] * 2 + ["SUCCESS A.run=S"]),
         ("Timeout", {"msec": "150"}, "RS", ["RUNNING A.start=R", "SUCCESS A.run=S", "SUCCESS A.start=S"]),
-        (
-            "LoopInt",
-            {"queue": "1;2", "value": "{v}"},
-            "S",
-            ["RUNNING A.start=S"] * 2 + ["SUCCESS", "RUNNING A.start=S"],
-        ),
         ("LoopString", {"queue": "", "if_empty": "SKIPPED"}, "S", ["SKIPPED"]),
         ("LoopBool", {"queue": "true;0"}, "F", ["FAILURE A.start=F"]),
-        ("Precondition", {"if": "1 > 2", "else": "SKIPPED"}, "S", ["SKIPPED"]),
-        ("Precondition", {"if": "1 > 2"}, "S", ["FAILURE"]),
     ],
 )
 def test_what_a_decorator_does(bench, tag, attributes, letters, stories):

@@ -19,23 +19,6 @@ from rocs_bt.trees.status import IDLE, SUCCESS
 @pytest.mark.parametrize(
     ("tag", "letters", "stories"),
     [
-        ("Sequence", ["S", "RS", "F"], ["RUNNING A.start=S B.start=R", "FAILURE B.run=S C.start=F"]),
-        ("Fallback", ["F", "RF", "S"], ["RUNNING A.start=F B.start=R", "SUCCESS B.run=F C.start=S"]),
-        ("Sequence", ["K", "K"], ["SKIPPED A.start=K B.start=K"]),
-        ("Sequence", ["K", "S"], ["SUCCESS A.start=K B.start=S"]),
-        ("Fallback", ["K", "F"], ["FAILURE A.start=K B.start=F"]),
-        ("AsyncSequence", ["S", "RS", "S"], ["RUNNING A.start=S", "RUNNING B.start=R", "SUCCESS B.run=S C.start=S"]),
-        ("AsyncFallback", ["F", "F"], ["RUNNING A.start=F", "FAILURE B.start=F"]),
-        (
-            "ReactiveSequence",
-            ["SF", "RR"],
-            ["RUNNING A.start=S B.start=R", "FAILURE A.start=F B.halt"],
-        ),
-        ("ReactiveFallback", ["FS", "RR"], ["RUNNING A.start=F B.start=R", "SUCCESS A.start=S B.halt"]),
-        ("Parallel", ["RS", "S", "R"], ["RUNNING A.start=R B.start=S C.start=R", "RUNNING A.run=S C.run=R"]),
-        ("ParallelAll", ["F", "RS"], ["RUNNING A.start=F B.start=R", "FAILURE B.run=S"]),
-        ("IfThenElse", ["S", "RS", "S"], ["RUNNING A.start=S B.start=R", "SUCCESS B.run=S"]),
-        ("IfThenElse", ["F", "S", "RS"], ["RUNNING A.start=F C.start=R", "SUCCESS C.run=S"]),
         ("IfThenElse", ["F", "S"], ["FAILURE A.start=F", "FAILURE A.start=F"]),  # 4.8.2 asks only once in its life
         ("TryCatch", ["S", "F", "RS"], ["RUNNING A.start=S B.start=F C.start=R", "FAILURE C.run=S"]),
         ("TryCatch", ["S", "S", "S"], ["SUCCESS A.start=S B.start=S"]),
