@@ -306,35 +306,6 @@ def test_two_hundred_subtrees_in_each_other_load_and_tick():
     assert said(document(*trees, SAY("k")), k="end") == ("SUCCESS", "end;")
 
 
-# The shapes of BehaviorTree.CPP's tutorials t01 to t15, in documents of our own: what each of them shows, and its result.
-TUTORIALS = {
-    "t01 a first tree": (document('<Sequence name="root"><Inverter><Condition ID="BatteryLow" name="battery"/></Inverter><Say name="open"/><Say message="near" name="go"/><Say message="close"/></Sequence>'), "hello;near;close;"),
-    "t02 ports": (document('<Sequence><Say message="start"/><Think text="{answer}"/><Say message="{answer}"/></Sequence>'), "start;the answer is 42;"),
-    "t03 text to values": (document('<Sequence><SetBlackboard value="1;2;3" output_key="list"/><Say message="{list}"/><Script code="second:=\'-1;3\'"/><Say message="{second}"/></Sequence>'), "1;2;3;-1;3;"),
-    "t04 an asynchronous leaf under a reactive one": (document('<ReactiveSequence><Inverter><BatteryLow/></Inverter><Sequence><Say message="go"/><KeepRunningUntilFailure><Work/></KeepRunningUntilFailure></Sequence></ReactiveSequence>'), None),
-    "t05 crossing a door by subtrees": (document('<Sequence><Script code="open := false"/><Fallback><Inverter><ScriptCondition code="!open"/></Inverter><SubTree ID="Sub1" open="{=}"/></Fallback><Say message="through"/></Sequence>', '<Fallback><Sequence name="try"><AlwaysFailure/><Say message="handle"/></Sequence><RetryUntilSuccessful num_attempts="5"><Sequence><Script code="tries := 0; open = true"/><Say message="lock"/></Sequence></RetryUntilSuccessful></Fallback>'), "lock;through;"),
-    "t06 remapping into a subtree and back": (document('<Sequence><Script code="target:=\'1;2\'"/><SubTree ID="Sub1" target="{target}" result="{move_result}"/><Say message="{move_result}"/></Sequence>', '<Fallback><Sequence><Say message="{target}"/><Script code="result:=\'reached\'"/></Sequence><ForceFailure><Script code="result:=\'lost\'"/></ForceFailure></Fallback>'), "1;2;reached;"),
-    "t09 scripts, enums aside, with raw operators": (document('<Sequence><Script code="msg:=\'hello\'; number:=3; total := number * 2 + 1"/><Precondition if="total>5 && number < 4" else="FAILURE"><Say message="{msg}"/></Precondition></Sequence>'), "hello;"),
-    "t11 a leaf that runs": (document('<Sequence><Work/><Say/></Sequence>'), None),
-    "t12 a default port": (document('<Sequence><Say/><Say message="{=}"/></Sequence>'.replace('<Say message="{=}"/>', '<Script code="message := \'own\'"/><Say message="{=}"/>')), "hello;own;"),
-    "t13 a literal beside a key": (document('<Sequence><SubTree ID="Sub1" a="1" b="{x}" _autoremap="true"/></Sequence>', '<Sequence><Say message="{a}"/><Script code="b := \'two\'"/><Say message="{x}"/></Sequence>'), "1;two;"),
-    "t14 a subtree's model with a default that is a key": (document('<Sequence><Script code="goal := \'dock\'"/><SubTree ID="Sub1"/><SubTree ID="Sub1" goal="gate"/></Sequence>', SAY("goal"), model='<SubTree ID="Sub1"><input_port name="goal" default="{goal}">where to</input_port></SubTree>'), "dock;gate;"),
-    "t15 loops over a queue": (document('<LoopString queue="a;b;c" value="{item}"><Say message="{item}"/></LoopString>'), "a;b;c;"),
-}  # fmt: skip  # a table
-
-
-@pytest.mark.parametrize("name", TUTORIALS)
-def test_the_shapes_of_the_published_tutorials_load_and_run(name):
-    text, expected = TUTORIALS[name]
-    tree = Tree(load_xml(text, NODES), clock=SimulatedClock(0.1))
-    outcomes = [outcome_name(tree.tick()) for _ in range(4)]
-    if expected is None:
-        assert outcomes[0] == "RUNNING"
-    else:
-        assert "SUCCESS" in outcomes
-        assert tree.board["said"].startswith(expected)
-
-
 # The C++ engine.
 @pytest.mark.parametrize("block", range(6))
 def test_what_is_loaded_does_what_the_cpp_engine_loads(block):
