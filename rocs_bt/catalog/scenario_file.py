@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from ..base.errors import Fault
 from ..base.geometry import Pose2
@@ -12,6 +12,7 @@ from ..base.toml_table import Table
 from ..base.units import LENGTH, TIME, Bounds
 from ..declare import (
     Content,
+    Declared,
     InFile,
     Key,
     Keys,
@@ -24,6 +25,7 @@ from ..declare import (
     names_of,
     note_twice,
     read_root,
+    read_values,
     rows_in,
 )
 from .ground_tables import GroundSpec, PushSpec
@@ -31,6 +33,8 @@ from .inherit import OVERLAID
 from .marks import At, Coordinate, Dialect, Identifier, Jitter, Latency, Name, PlaceKeys, Pose
 from .perturbation import Perturbation
 from .scenario_tables import AGENTS, FactSpec, RateSpec, ShareSpec
+
+D = TypeVar("D", bound=Declared)
 
 _TOLERANCE = Annotated[float, LENGTH, Bounds(1e-4)]
 _GOAL = Names("goal", "no goal")
@@ -141,6 +145,14 @@ class ActorSpec(Value):
     jitter: Jitter = Pose2(0.0, 0.0)
     one_of: str = ""
     parameters: Annotated[Mapping[str, Any], Rest()] = Open()
+
+    def script_parameters(self, declared: type[D]) -> D:
+        """The parameters as the class of the script declares them.
+
+        Raises:
+            InputError: Parameters are unknown, missing, of a wrong unit or out of range; the error lists all faults.
+        """
+        return read_values(declared, self.parameters, f"{self.script} '{self.name}'")
 
     @classmethod
     def prepare(cls, table: Table, scope: Scope) -> None:

@@ -214,7 +214,6 @@ def _between(room: int, other: int) -> Door:
     return min(room, other), max(room, other)
 
 
-@dataclass(frozen=True, kw_only=True)
 class TaskFamily(Family):
     """Base class of families of tasks in a building with roads that the agent knows.
 

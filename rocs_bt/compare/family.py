@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import math
 import re
-import typing
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,14 +15,13 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from ..base.errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError
 from ..base.files import write_whole
 from ..base.geometry import Pose2
-from ..base.parameter import Parameter
 from ..base.python_content import running_class
 from ..base.toml_text import as_toml
-from ..base.units import convert
 from ..catalog import Catalog
+from ..declare import Value, read_values
 from .ground import Ground
 from .obstacle import Point, length_of
 
@@ -94,8 +91,7 @@ class Scene:
         return file
 
 
-@dataclass(frozen=True, kw_only=True)
-class AgentSetup:
+class AgentSetup(Value):
     """Robot, mission and rules of a scene's agent; a planner replaces mission and rules."""
 
     robot: str = "jackal"
@@ -103,12 +99,11 @@ class AgentSetup:
     rules: str = "avoid_collision"  # empty for none
 
 
-@dataclass(frozen=True, kw_only=True)
 class Family(AgentSetup, ABC):
-    """Base class of families: a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
+    """Base class of families, in `scenarios/families/<name>.py`.
 
-    The class name is the file name in CamelCase. The fields of the class are the family's parameters: numbers in SI
-    units, annotated with types of `rocs_bt.base.units`, all with defaults. The method `scene` must use no source of
+    The class name is the file name in CamelCase. Its annotations are the family's parameters: numbers in SI units, with
+    types of `rocs_bt.base.units`, all with defaults. The method `scene` must use no source of
     randomness but `rng`, so that scenes are reproducible.
 
     Attributes:
@@ -131,7 +126,7 @@ class Family(AgentSetup, ABC):
     @property
     def parameters(self) -> dict[str, Any]:
         """Parameters by name, in SI units."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return self.values()
 
     @abstractmethod
     def scene(self, index: int) -> Scene:
@@ -205,12 +200,6 @@ def goal_scenario(
     }
 
 
-def family_parameters(family: type[Family]) -> dict[str, Parameter]:
-    """Parameters of a family by name."""
-    hints = typing.get_type_hints(family, include_extras=True)
-    return {f.name: Parameter.annotated(f.name, hints[f.name], False, f.default) for f in dataclasses.fields(family)}
-
-
 def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None = None) -> Family:
     """Load a family by its name.
 
@@ -225,14 +214,13 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
     entry = catalog.find("family", name)
     camel = "".join(part.capitalize() for part in entry.name.split("_"))
     cls = catalog.load_class(entry.path, camel)
-    if not issubclass(cls, Family) or not dataclasses.is_dataclass(cls):
-        hint = "Write: @dataclass(frozen=True, kw_only=True) class ...(Family)."
-        raise InputError(Fault(f"'{camel}' must be a dataclass derived from Family.", entry.path, hint=hint))
-    given, faults = _arguments(cls, values or {})
-    if faults:
-        raise InputError(*faults)
+    if not issubclass(cls, Family) or "__dataclass_fields__" in vars(cls):
+        hint = "Write: class ...(Family), without a decorator."
+        raise InputError(
+            Fault(f"'{camel}' must be a class derived from Family, and no dataclass.", entry.path, hint=hint)
+        )
     with running_class(cls):
-        return cls(**given)
+        return read_values(cls, values or {}, f"the family {camel}")
 
 
 def scene_of(family: Family, index: int) -> Scene:
@@ -247,24 +235,3 @@ def scene_of(family: Family, index: int) -> Scene:
             raise TypeError(f"scene returned {found!r:.60}, which is not a Scene.")
         _ = found.name, found.toml, found.world  # what cannot be written is a fault of the family, too
         return found
-
-
-def _arguments(family: type[Family], values: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
-    """Convert given parameters of a family to SI units; returns them and their faults."""
-    declared, given, faults = family_parameters(family), dict[str, Any](), list[Fault]()
-    for name, value in values.items():
-        if name not in declared:
-            faults.append(unknown("parameter", name, declared, f"The family {family.__name__}"))
-            continue
-        parameter = declared[name]
-        try:
-            number = convert(value, parameter.dimension, name) if parameter.dimension is not None else value
-        except InputError as error:
-            faults += error.faults
-            continue
-        wrong_type = parameter.dimension is None and type(number) is not parameter.type
-        if wrong_type:
-            faults.append(Fault(f"{name} must be of type {parameter.type.__name__}, found {value!r}."))
-        faults += [] if wrong_type else parameter.faults(number, name)
-        given[name] = number
-    return given, faults

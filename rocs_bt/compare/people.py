@@ -89,7 +89,6 @@ class Walk:
         return ground.clearance(line) > self.radius + aside + 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
 class TrafficFamily(Family, ABC):
     """Base class of families in which bodies walk while the robot drives to a goal, without a map.
 
@@ -187,7 +186,6 @@ class TrafficFamily(Family, ABC):
         return Scene(scenario | {"actor": actors}, ground, difficulty, path.points)
 
 
-@dataclass(frozen=True, kw_only=True)
 class PeopleFamily(TrafficFamily, ABC):
     """Base class of families in which people walk.
 

@@ -17,7 +17,7 @@ from .marks import (
     Word,
 )
 from .open import Open, Place, place_of, positions_of
-from .read import names_of, note_twice, read, read_root, rows_in
+from .read import names_of, note_twice, read, read_root, read_value, read_values, rows_in
 
 __all__ = [
     "Content",
@@ -47,5 +47,7 @@ __all__ = [
     "positions_of",
     "read",
     "read_root",
+    "read_value",
+    "read_values",
     "rows_in",
 ]

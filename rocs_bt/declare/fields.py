@@ -185,6 +185,8 @@ class Declared:
         super().__init_subclass__(**more)
         hints = vars(cls).get("__annotations__", {})
         own = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
+        if taken := [name for name in own if hasattr(Declared, name)]:
+            raise TypeError(f"'{taken[0]}' cannot be a field of {cls.__name__}: it is a method of Declared.")
         cls._names = tuple(dict.fromkeys((*cls._names, *own)))
         cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}
 
@@ -218,6 +220,10 @@ class Declared:
         """Values of the fields, by name."""
         return {name: self.__dict__[name] for name in self._names}
 
+    def has(self, key: str) -> bool:
+        """Whether the file has a key."""
+        return self._table is not None and key in self._table
+
     def place(self, *key: str | None) -> Place:
         """File, line and column of a key, which may lead into tables, or of the table itself."""
         table = self._table
@@ -242,10 +248,9 @@ class Declared:
 
     @classmethod
     def read_as(cls, values: dict[str, Any], table: Table) -> Self:
-        """Object of values that were read from a table."""
+        """Object of values that were read from a table; without a fault, the reader then calls `__post_init__`."""
         made = cls.__new__(cls)
         made.__dict__.update(values, _table=table)
-        made.__post_init__()
         return made
 
 

@@ -32,7 +32,7 @@ class Open(dict[str, Any]):
     def opened(self) -> Table:
         """Table of the values, for one reading by those who declare its keys."""
         of = self.table
-        return Table(Path(), self, (), {}) if of is None else Table(of.file, of.data, of.key, of.positions)
+        return Table(Path(), self, (), {}) if of is None else Table(of.file, self, of.key, of.positions)
 
 
 def place_of(values: Mapping[str, Any], key: str = "") -> Place:

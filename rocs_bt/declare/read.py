@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from ..base.errors import Fault, InputError, did_you_mean
+from ..base.errors import Fault, InputError, did_you_mean, unknown
 from ..base.python_content import is_reference
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, parse_quantity, parse_unit
@@ -74,10 +74,56 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
         if len(table.faults) > before:
             within = each.is_table and not each.mark(Keys) and isinstance(table.data.get(each.key), (dict, list))
             sound = sound and within
+    keys = [each for each in fields_of(cls) if kind is not None and each.is_key and kind.has(each)]
+    if kind is not None and (lack := [f"'{each.key}'" for each in keys if each.required and each.key not in table]):
+        takes = ", ".join(each.key for each in keys)
+        table.fault(None, f"{kind.name} needs {', '.join(lack)}.", f"It takes: {takes}.")
+        sound = False
     made = cls.read_as(found, table)
-    for key, message, hint in made.check() if sound else ():
-        table.fault(key, message, hint)
+    if sound:
+        try:
+            made.__post_init__()
+        except InputError as error:
+            table.adopt(None, error)
+        for key, message, hint in made.check():
+            table.fault(key, message, hint)
     return cast(D, made.made())
+
+
+def read_values(cls: type[D], values: Mapping[str, Any], owner: str) -> D:
+    """Make an object of values by name, as a file has them: of an open table, or of options of a command.
+
+    Args:
+        cls: Class that declares them.
+        values: The values; an `Open` has their places.
+        owner: What they are for, such as `the family OneGap`, for messages.
+
+    Raises:
+        InputError: Names or values are not valid; contains every fault.
+    """
+    source = values.table if isinstance(values, Open) else None
+    table = Open.of(source, values).opened() if source is not None else Table(Path(), dict(values), (), {})
+    made = read(cls, table, kind=Kind(owner, Declared))
+    start, known = f"{owner[:1].upper()}{owner[1:]}", [each.key for each in fields_of(cls)]
+    for name in values:
+        if name not in table.known:
+            table.adopt(name, InputError(unknown("parameter", name, known, start)))
+    if table.faults:
+        raise InputError(*(fault if source else replace(fault, file=None) for fault in table.faults))
+    return made
+
+
+def read_value(each: Field, value: object) -> Any:
+    """One value of a field, as a file has it.
+
+    Raises:
+        InputError: The value is not valid.
+    """
+    table = Table(Path(), {each.key: value}, (), {})
+    found = _Reading(each, table, Scope(), {}).value(None)
+    if table.faults:
+        raise InputError(*(replace(fault, file=None) for fault in table.faults))
+    return found
 
 
 def rows_in(table: Table, key: str) -> list[dict[str, Any]]:
@@ -151,10 +197,7 @@ class _Reading:
             return Open.of(self.table.child({}, self.key), {}) if each.is_raw else each.default
         if each.name in self.scope.optional:
             return self._harmless()
-        if kind is not None and kind.has(each):
-            takes = ", ".join(other.key for other in fields_of(each.owner) if kind.has(other))
-            self.table.fault(None, f"the {kind.name} needs '{self.key}'.", f"It takes: {takes}.")
-        else:
+        if kind is None or not kind.has(each):
             self.table.fault(None, f"{self.table.label} has no '{self.key}'.", f"Add a line '{self.key} = ...'.")
         return self._harmless()
 
@@ -261,14 +304,14 @@ class _Reading:
             child.fault(kinds.tag, f"no {kinds.what} is named '{name}'.", hint)
         if cls is None:
             return read(known[""], child, self.scope)
-        return read(cls, child, self.scope, Kind(f"{kinds.what} '{name}'", each.hint))
+        return read(cls, child, self.scope, Kind(f"the {kinds.what} '{name}'", each.hint))
 
     def _text(self, value: Any, key: str | None) -> Any:
         each, table = self.field, self.table
         if not isinstance(value, str):
             return self._wrong("a text", value)
         if each.options and value not in each.options:
-            hint = did_you_mean(value, each.options, "Valid values:")
+            hint = did_you_mean(value, filter(None, each.options), "Valid values:")
             table.fault(key, f"invalid value '{value}' for '{key}'.", hint)
         for valid in (mark for mark in each.marks if isinstance(mark, Valid)):
             if not valid.test(value):
@@ -309,7 +352,7 @@ class _Reading:
         if not bounds.admit(number):
             unbounded = math.isinf(number) and not bounds.infinite and number > bounds.low and math.isinf(bounds.high)
             wanted = "finite" if unbounded or bounds == FINITE else bounds.words
-            unit = "" if of == NONE or wanted == "finite" else f" {of}"
+            unit = f" {of}" if of != NONE and wanted[-1].isdigit() else ""
             table.fault(key, f"{key} must be {wanted}{unit}, found {value!r}.")
         return number
 

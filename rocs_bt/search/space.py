@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..base.errors import Fault, InputError, unknown
-from ..base.parameter import Parameter
-from ..base.units import convert
-from ..compare.family import Family, Scene, family_parameters, scene_of
+from ..compare.family import Family, Scene, scene_of
 from ..compare.replay import parse_value
+from ..declare import Field, fields_of, read_value
 
 INDICES = 1_000_000
 _ATTEMPTS = 200  # consecutive samples of parameters without a valid scene, after which the ranges are rejected
@@ -54,8 +52,8 @@ class SearchSpace:
         Raises:
             InputError: A range is invalid, does not belong to a number of the family, or its parameter is fixed.
         """
-        declared = family_parameters(type(family))
-        numbers = {n: p for n, p in declared.items() if p.type in (int, float) and n not in family.NOT_SAMPLED}
+        declared = [each for each in fields_of(type(family)) if each.name not in family.NOT_SAMPLED]
+        numbers = {each.name: each for each in declared if each.hint in (int, float)}
         ranges = {n: _around(getattr(family, n)) for n in numbers if n not in fixed}
         for name, text in varied.items():
             if name not in numbers:
@@ -77,7 +75,7 @@ class SearchSpace:
             values: dict[str, Any] = {name: self._value(rng, name) for name in self.ranges}
             index = int(rng.integers(INDICES))
             try:
-                return SampledScene(scene_of(dataclasses.replace(self.family, **values), index), index, values)
+                return SampledScene(scene_of(self.family.replaced(**values), index), index, values)
             except InputError as error:
                 refused = error
         raise refused
@@ -95,25 +93,13 @@ def _around(value: Any) -> tuple[float, float]:
     return min(value / 2.0, value * 2.0), max(value / 2.0, value * 2.0)
 
 
-def _range(parameter: Parameter, text: str) -> tuple[float, float]:
+def _range(parameter: Field, text: str) -> tuple[float, float]:
     name = parameter.name
     ends = text.split("..")
     hint = f"Write --vary {name}=LOW..HIGH, each with its unit."
     if len(ends) != 2:
         raise InputError(Fault(f"'{text}' is not a range of {name}.", hint=hint))
-    low, high = (_end(parameter, end.strip(), hint) for end in ends)
-    if faults := [*parameter.bound_faults(low, name), *parameter.bound_faults(high, name)]:
-        raise InputError(*faults)
+    low, high = (read_value(parameter, parse_value(end.strip())) for end in ends)
     if low > high:
         raise InputError(Fault(f"the range of {name} has its bounds swapped: {text}.", hint=hint))
     return low, high
-
-
-def _end(parameter: Parameter, text: str, hint: str) -> float:
-    """Convert the text of one bound of a range to SI units."""
-    value = parse_value(text)
-    if parameter.dimension is not None:
-        return convert(value, parameter.dimension, parameter.name)
-    if type(value) is not int:
-        raise InputError(Fault(f"'{text}' is not an integer, as {parameter.name} needs.", hint=hint))
-    return value

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.errors import Fault, InputError
-from ..base.units import Metres, MetresPerSecond
+from ..base.units import NOT_NEGATIVE, Bounds, Metres, PositiveMetres, PositiveMetresPerSecond
+from ..declare import Value
 from .scripted_object import ScriptedObject, Vector
 
 Array = npt.NDArray[np.float64]
@@ -19,8 +18,7 @@ LEG_OFFSET = 0.1
 """Lateral distance of a leg from the middle of a person [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PolynomialParameters:
+class PolynomialParameters(Value):
     """Parameters of the script `polynomial`.
 
     Attributes:
@@ -32,18 +30,9 @@ class PolynomialParameters:
 
     to_x: Metres
     to_y: Metres
-    speed: MetresPerSecond = 1.0
-    deviation: Metres = 0.0
-    order: int = 3
-
-    def __post_init__(self) -> None:
-        if not (0.0 < self.speed < math.inf and 0.0 <= self.deviation < math.inf and 1 <= self.order <= 9):
-            raise InputError(
-                Fault(
-                    "speed must be positive, deviation 0 or more, and order 1 to 9, found "
-                    f"{self.speed:g} m/s, {self.deviation:g} m and {self.order}."
-                )
-            )
+    speed: PositiveMetresPerSecond = 1.0
+    deviation: Annotated[Metres, NOT_NEGATIVE] = 0.0
+    order: Annotated[int, Bounds(1, 9)] = 3
 
 
 class Polynomial(ScriptedObject):
@@ -105,8 +94,7 @@ class Polynomial(ScriptedObject):
         return x, y
 
 
-@dataclass(frozen=True, kw_only=True)
-class SocialForceParameters:
+class SocialForceParameters(Value):
     """Parameters of the script `social_force`.
 
     Attributes:
@@ -118,18 +106,9 @@ class SocialForceParameters:
 
     to_x: Metres
     to_y: Metres
-    speed: MetresPerSecond = 1.3
-    radius: Metres = 0.25
-    avoids_robots: int = 1
-
-    def __post_init__(self) -> None:
-        if not (0.0 < self.speed < math.inf and 0.0 < self.radius < math.inf and self.avoids_robots in (0, 1)):
-            raise InputError(
-                Fault(
-                    "speed and radius must be positive and avoids_robots 0 or 1, found "
-                    f"{self.speed:g} m/s, {self.radius:g} m and {self.avoids_robots}."
-                )
-            )
+    speed: PositiveMetresPerSecond = 1.3
+    radius: PositiveMetres = 0.25
+    avoids_robots: Annotated[int, Bounds(0, 1)] = 1
 
 
 class SocialForce(ScriptedObject):
@@ -216,8 +195,7 @@ class SocialForce(ScriptedObject):
         return self._around(min(push, 20.0) * slope / size, ahead) if size > 0.0 else np.zeros(2)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LegParameters:
+class LegParameters(Value):
     """Parameters of the script `leg`.
 
     Attributes:
@@ -228,11 +206,7 @@ class LegParameters:
 
     person: str
     side: Literal["left", "right"]
-    stride: Metres = 1.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.stride < math.inf:
-            raise InputError(Fault(f"stride must be positive, found {self.stride:g} m."))
+    stride: PositiveMetres = 1.0
 
 
 class Leg(ScriptedObject):

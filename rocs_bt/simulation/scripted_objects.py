@@ -9,25 +9,22 @@ away nor passes through it. The scripts of people are in people.py.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.errors import UnknownName, unknown
 from ..base.geometry import Pose2, wrap_angle
-from ..base.units import Kilograms, Metres, Radians, Seconds
+from ..base.units import NOT_NEGATIVE, POSITIVE, Bounds, Kilograms, Metres, PositiveSeconds, Radians, Seconds
 from ..catalog import ActorSpec
+from ..declare import Value, Wrong
 from ..drivers.mujoco import MujocoWorld
 from .people import Leg, Polynomial, SocialForce
-from .script_parameters import script_parameters
 from .scripted_object import ScriptedObject, Vector
 
 
-@dataclass(frozen=True, kw_only=True)
-class SlideParameters:
+class SlideParameters(Value):
     """Parameters of the script `slide`.
 
     Attributes:
@@ -42,24 +39,17 @@ class SlideParameters:
 
     to_x: Metres
     to_y: Metres
-    depart_at: Seconds
-    duration: Seconds = 1.0
-    return_at: Seconds = math.inf
+    depart_at: Annotated[Seconds, NOT_NEGATIVE]
+    duration: PositiveSeconds = 1.0
+    return_at: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     wait_distance: Metres = 0.0
     at_target: Literal["", "open", "shut"] = ""
 
-    def __post_init__(self) -> None:
-        if not (
-            self.depart_at >= 0.0
-            and 0.0 < self.duration < math.inf
-            and self.return_at >= self.depart_at + self.duration
-        ):
-            raise InputError(
-                Fault(
-                    "a slide needs depart_at >= 0 s, duration > 0 s and return_at >= depart_at + duration; found "
-                    f"{self.depart_at:g} s, {self.duration:g} s and {self.return_at:g} s."
-                )
-            )
+    def check(self) -> Iterator[Wrong]:
+        """Fault of a return before the arrival."""
+        if self.return_at < self.depart_at + self.duration:
+            arrival = f"{self.depart_at + self.duration:g} s"
+            yield Wrong("return_at", f"the return at {self.return_at:g} s is before the arrival at {arrival}.")
 
 
 class Slide(ScriptedObject):
@@ -100,8 +90,7 @@ class Slide(ScriptedObject):
         return [self.world.pose(name) for name in self.world.robots] if self._p.wait_distance else []
 
 
-@dataclass(frozen=True, kw_only=True)
-class SwingParameters:
+class SwingParameters(Value):
     """Parameters of the script `swing`.
 
     Attributes:
@@ -109,17 +98,8 @@ class SwingParameters:
         period: Duration of a swing to both sides and back [s].
     """
 
-    amplitude: Radians
-    period: Seconds
-
-    def __post_init__(self) -> None:
-        if not (0.0 < self.amplitude <= math.pi and 0.0 < self.period < math.inf):
-            raise InputError(
-                Fault(
-                    "a swing needs 0 deg < amplitude <= 180 deg and period > 0 s; found "
-                    f"{math.degrees(self.amplitude):g} deg and {self.period:g} s."
-                )
-            )
+    amplitude: Annotated[Radians, Bounds(0.0, math.pi, above=True)]
+    period: PositiveSeconds
 
 
 class Swing(ScriptedObject):
@@ -146,19 +126,14 @@ class Swing(ScriptedObject):
         return wrap_angle(self.start.yaw + swing)
 
 
-@dataclass(frozen=True, kw_only=True)
-class FreeParameters:
+class FreeParameters(Value):
     """Parameters of the script `free`.
 
     Attributes:
         mass: Mass of the object [kg].
     """
 
-    mass: Kilograms
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.mass < math.inf:
-            raise InputError(Fault(f"a free object needs a positive mass, found {self.mass:g} kg."))
+    mass: Annotated[Kilograms, POSITIVE]
 
 
 class Free(ScriptedObject):
@@ -192,7 +167,6 @@ SCRIPTED_OBJECTS: Mapping[str, Any] = {
 
 def make_scripted_object(
     actor: ActorSpec,
-    file: Path,
     *,
     world: MujocoWorld,
     start: Pose2,
@@ -203,7 +177,6 @@ def make_scripted_object(
 
     Args:
         actor: Table of the object in the scenario: name of its mocap body, and its script, a key of `SCRIPTED_OBJECTS`.
-        file: File of the scenario.
         world: World of the object.
         start: Start pose, world frame.
         rng: Random stream of the script.
@@ -215,6 +188,6 @@ def make_scripted_object(
     if actor.script not in SCRIPTED_OBJECTS:
         raise UnknownName(unknown("object script", actor.script, SCRIPTED_OBJECTS))
     cls = SCRIPTED_OBJECTS[actor.script]
-    parameters = script_parameters(cls.Parameters, actor, file)
+    parameters = actor.script_parameters(cls.Parameters)
     made: ScriptedObject = cls(actor.name, world, start, rng, period, parameters=parameters)
     return made

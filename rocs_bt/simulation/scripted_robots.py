@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
 
 import numpy as np
 
-from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.errors import UnknownName, unknown
 from ..base.geometry import Pose2, Twist2, wrap_angle
-from ..base.units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
+from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveSeconds, RadiansPerSecond
 from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
+from ..declare import Value, Wrong
 from ..drivers.mujoco import MujocoWorld
 from ..interfaces.safety import SafetyGate
-from .script_parameters import script_parameters
 
 
 class ScriptedRobot(ABC):
@@ -61,8 +59,7 @@ class ScriptedRobot(ABC):
         self.motion.command(self._values)
 
 
-@dataclass(frozen=True, kw_only=True)
-class RandomWalkParameters:
+class RandomWalkParameters(Value):
     """Parameters of the script `random_walk`, which drives legs of constant speed and curvature.
 
     Attributes:
@@ -74,26 +71,20 @@ class RandomWalkParameters:
         margin: Minimum distance of the centre of the drive axle to walls [m].
     """
 
-    max_speed: MetresPerSecond = 0.3
-    min_speed: MetresPerSecond = 0.1
-    in_place_turn_rate: RadiansPerSecond = 1.0
-    max_leg_turn_rate: RadiansPerSecond = 0.3
-    min_leg_duration: Seconds = 1.5
-    max_leg_duration: Seconds = 5.0
-    margin: Metres = 0.33
+    max_speed: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.3
+    min_speed: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.1
+    in_place_turn_rate: Annotated[RadiansPerSecond, NOT_NEGATIVE] = 1.0
+    max_leg_turn_rate: Annotated[RadiansPerSecond, NOT_NEGATIVE] = 0.3
+    min_leg_duration: PositiveSeconds = 1.5
+    max_leg_duration: PositiveSeconds = 5.0
+    margin: Annotated[Metres, NOT_NEGATIVE] = 0.33
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0.0 <= value < math.inf:
-                raise InputError(Fault(f"{name} must be finite and at least 0, found {value:g}."))
-        if not self.min_speed <= self.max_speed or not 0.0 < self.min_leg_duration <= self.max_leg_duration:
-            raise InputError(
-                Fault(
-                    f"the minimum speed and leg must not exceed the maximum, and legs must be positive; found "
-                    f"{self.min_speed} to "
-                    f"{self.max_speed} m/s and {self.min_leg_duration} to {self.max_leg_duration} s."
-                )
-            )
+    def check(self) -> Iterator[Wrong]:
+        """Faults of minimums above their maximums."""
+        for low, high in (("min_speed", "max_speed"), ("min_leg_duration", "max_leg_duration")):
+            if getattr(self, low) > getattr(self, high):
+                message = f"{low} is {getattr(self, low):g}, and {high} is {getattr(self, high):g}."
+                yield Wrong(high if self.has(high) else low, message, "A minimum must not exceed its maximum.")
 
 
 class RandomWalk(ScriptedRobot):
@@ -156,7 +147,6 @@ SCRIPTED_ROBOTS: Mapping[str, type[RandomWalk]] = {"random_walk": RandomWalk}
 
 def make_scripted_robot(
     actor: ActorSpec,
-    file: Path,
     *,
     world: MujocoWorld,
     locomotion: Locomotion,
@@ -167,7 +157,6 @@ def make_scripted_robot(
 
     Args:
         actor: Table of the robot in the scenario; its script is a key of `SCRIPTED_ROBOTS`.
-        file: File of the scenario.
         world: World of the robot.
         locomotion: Locomotion of the robot.
         motion: Actuator of the locomotion.
@@ -179,4 +168,11 @@ def make_scripted_robot(
     if actor.script not in SCRIPTED_ROBOTS:
         raise UnknownName(unknown("robot script", actor.script, SCRIPTED_ROBOTS))
     cls = SCRIPTED_ROBOTS[actor.script]
-    return cls(actor.name, world, locomotion, motion, rng, parameters=script_parameters(cls.Parameters, actor, file))
+    return cls(
+        actor.name,
+        world,
+        locomotion,
+        motion,
+        rng,
+        parameters=actor.script_parameters(cls.Parameters),
+    )

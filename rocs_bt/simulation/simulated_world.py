@@ -36,7 +36,6 @@ from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
 from .random_streams import CHOICE, ODOMETER, START, loop_of, noise_of, stream
-from .script_parameters import script_parameters
 from .scripted_object import ScriptedObject
 from .scripted_objects import FREE, FreeParameters, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
@@ -258,7 +257,7 @@ def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
         if actor.one_of:
             message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
             raise InputError(Fault(message, hint="Remove one_of."))
-        mass = script_parameters(FreeParameters, actor, scenario.file).mass
+        mass = actor.script_parameters(FreeParameters).mass
     return FreeObject(actor.name, mass, scenario.file, actor.line)
 
 
@@ -312,7 +311,6 @@ def _actors(
         with located_at(scenario.file, actor.line):
             made = make_scripted_robot(
                 actor,
-                scenario.file,
                 world=world,
                 locomotion=robot_locomotion(robot.locomotion),
                 motion=gate,
@@ -330,7 +328,6 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
         with located_at(scenario.file, actor.line):
             each = make_scripted_object(
                 actor,
-                scenario.file,
                 world=world,
                 start=start,
                 rng=stream(scenario.name, seed, actor.name, actor.script),

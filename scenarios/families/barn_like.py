@@ -8,7 +8,6 @@ occupied cell that is not fully enclosed becomes a cylinder of 0.15 m diameter. 
 parameter was tuned to match the measures of BARN's 300 worlds.
 """
 
-from dataclasses import dataclass
 from math import dist, pi
 
 import numpy as np
@@ -27,7 +26,6 @@ ROBOT = 2  # number of cells that the robot covers on either side of the cell of
 SHY = 0.15  # [m] extra cost of a step to a cell next to one where the robot does not fit; half of it two cells away
 
 
-@dataclass(frozen=True, kw_only=True)
 class BarnLike(Family):
     """A field of cylinders like those of BARN; the robot drives through it to a goal behind it, without a map.
 

@@ -1,6 +1,5 @@
 """Doors close while the robot drives from room to room; it is informed, or senses it, and must find another route."""
 
-from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
@@ -8,7 +7,6 @@ from rocs_bt import Count, Seconds
 from rocs_bt.compare import Scene, TaskFamily, length_of, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
 class BlockedDoors(TaskFamily):
     """Doors close while the robot drives from room to room; it is informed, or senses it, and must find another route.
 

@@ -1,13 +1,11 @@
 """The robot drives from room to room by roads, some of which are closed by order, without an obstacle."""
 
-from dataclasses import dataclass
 from math import inf
 
 from rocs_bt import Count, Seconds
 from rocs_bt.compare import Building, Scene, TaskFamily, length_of, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
 class ClosedEdges(TaskFamily):
     """The robot drives from room to room by roads, some of which are closed by order, without an obstacle.
 

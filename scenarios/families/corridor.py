@@ -1,7 +1,5 @@
 """A corridor in which people come towards the robot, walk ahead of it, or pass a door; without a map."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rocs_bt import InputError, PositiveCount, PositiveMetres
@@ -10,7 +8,6 @@ from rocs_bt.compare import Block, PeopleFamily, Scene, Walk, one_of
 ENCOUNTERS = ("oncoming", "overtaking", "door")
 
 
-@dataclass(frozen=True, kw_only=True)
 class Corridor(PeopleFamily):
     """A corridor in which people come towards the robot, walk ahead of it, or pass a door; without a map.
 

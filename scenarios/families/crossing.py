@@ -1,14 +1,11 @@
 """A hall that people cross from the side; the robot drives along it, without a map."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rocs_bt import PositiveCount
 from rocs_bt.compare import PeopleFamily, Scene, Walk
 
 
-@dataclass(frozen=True, kw_only=True)
 class Crossing(PeopleFamily):
     """A hall that people cross from the side; the robot drives along it, without a map.
 

@@ -1,6 +1,5 @@
 """A hall in which people walk; the robot drives from one end to the other, without a map."""
 
-from dataclasses import dataclass
 from math import dist
 
 import numpy as np
@@ -10,7 +9,6 @@ from rocs_bt.compare import PeopleFamily, Post, Scene, Walk, one_of
 DENSITIES = {"sparse": 0.05, "normal": 0.095, "dense": 0.165}  # [1/m2] 4, 8 and 14 people in the default hall
 
 
-@dataclass(frozen=True, kw_only=True)
 class Crowd(PeopleFamily):
     """A hall in which people walk; the robot drives from one end to the other, without a map.
 

@@ -1,6 +1,5 @@
 """A field of cylinders on random polynomial curves, which do not see the robot; without a map."""
 
-from dataclasses import dataclass
 from math import dist
 
 import numpy as np
@@ -16,7 +15,6 @@ LEVELS = {  # number of cylinders, mean speed [m/s], order of the polynomials, l
 }
 
 
-@dataclass(frozen=True, kw_only=True)
 class Dynabarn(TrafficFamily):
     """A field of cylinders on random polynomial curves, which do not see the robot; without a map.
 

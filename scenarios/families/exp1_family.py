@@ -1,6 +1,5 @@
 """Variations of EXP1: unknown boxes between the robot and its goal, and other robots that wander."""
 
-from dataclasses import dataclass
 from math import atan2, dist, pi
 
 import numpy as np
@@ -11,7 +10,6 @@ from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, positio
 RADIUS = 0.3  # [m] every scene has a path for a disc of this radius
 
 
-@dataclass(frozen=True, kw_only=True)
 class Exp1Family(Family):
     """Variations of EXP1: unknown boxes between the robot and its goal, and other robots that wander.
 

@@ -1,13 +1,11 @@
 """Variations of EXP2: a robot drives to a place and stays there, while others wander and disturb it."""
 
-from dataclasses import dataclass
 from math import atan2, dist, pi
 
 from rocs_bt import Count, InputError, Pose2, PositiveMetres, PositiveMetresPerSecond
 from rocs_bt.compare import Family, Ground, Scene, goal_scenario, position, quantity, walls_around
 
 
-@dataclass(frozen=True, kw_only=True)
 class Exp2Family(Family):
     """Variations of EXP2: a robot drives to a place and stays there, while others wander and disturb it.
 

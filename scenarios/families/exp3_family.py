@@ -1,6 +1,5 @@
 """Variations of EXP3: a robot visits four places in turn, another one follows it, and a third wanders."""
 
-from dataclasses import dataclass
 from math import atan2, dist, pi
 from typing import Any
 
@@ -10,7 +9,6 @@ from rocs_bt.compare import Family, Ground, Scene, length_of, position, quantity
 NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
 
 
-@dataclass(frozen=True, kw_only=True)
 class Exp3Family(Family):
     """Variations of EXP3: a robot visits four places in turn, another one follows it, and a third wanders.
 

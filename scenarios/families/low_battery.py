@@ -1,6 +1,5 @@
 """The battery runs low on the way through a building; the robot must reach the charger in time, then the goal."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from rocs_bt import PositiveMetresPerSecond
@@ -8,7 +7,6 @@ from rocs_bt.base.units import POSITIVE
 from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
 class LowBattery(TaskFamily):
     """The battery runs low on the way through a building; the robot must reach the charger in time, then the goal.
 

@@ -1,6 +1,5 @@
 """A maze with a few loops; the robot drives from one corner to the opposite one, without a map."""
 
-from dataclasses import dataclass
 from math import dist, pi
 
 import numpy as np
@@ -12,7 +11,6 @@ WALL = 0.1  # [m] thickness
 STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
-@dataclass(frozen=True, kw_only=True)
 class Maze(Family):
     """A maze with a few loops; the robot drives from one corner to the opposite one, without a map.
 

@@ -1,13 +1,11 @@
 """The robot drives through rooms to a goal that is moved to other rooms during the run."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 from rocs_bt import Count, PositiveMetresPerSecond
 from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
 class MovedGoals(TaskFamily):
     """The robot drives through rooms to a goal that is moved to other rooms during the run.
 

@@ -1,6 +1,5 @@
 """Rooms with doorways and furniture on both sides of a corridor; the robot drives to another room, without a map."""
 
-from dataclasses import dataclass
 from math import dist, pi
 
 import numpy as np
@@ -12,7 +11,6 @@ WALL = 0.1  # [m] thickness
 ROOMY = 0.32  # [m] every scene has a path for a disc of this radius
 
 
-@dataclass(frozen=True, kw_only=True)
 class Office(Family):
     """Rooms with doorways and furniture on both sides of a corridor; the robot drives to another room, without a map.
 

@@ -1,13 +1,11 @@
 """The robot runs errands in a building; on the way, an urgent errand with a deadline is added."""
 
-from dataclasses import dataclass
 from itertools import pairwise, permutations
 
 from rocs_bt import Count, InputError, PositiveMetresPerSecond
 from rocs_bt.compare import Building, Scene, TaskFamily, length_of, position, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
 class Priorities(TaskFamily):
     """The robot runs errands in a building; on the way, an urgent errand with a deadline is added.
 

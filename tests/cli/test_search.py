@@ -10,13 +10,10 @@ import pytest
 
 BARE = '''"""Nothing but a goal."""
 
-from dataclasses import dataclass
-
 from rocs_bt import Pose2
 from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
 
 
-@dataclass(frozen=True, kw_only=True)
 class Bare(Family):
     """Nothing but a goal."""
 

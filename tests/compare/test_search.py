@@ -28,14 +28,11 @@ from rocs_bt.search.space import SearchSpace
 BODY = Footprint(0.5, 0.4)
 FAMILY = '''"""Posts here and there, and one in the way."""
 
-from dataclasses import dataclass
-
 from rocs_bt import Pose2
 from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
 from rocs_bt.base.units import PositiveMetres
 
 
-@dataclass(frozen=True, kw_only=True)
 class Posts(Family):
     """Posts here and there, and one in the way."""
 
@@ -261,7 +258,7 @@ def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
     assert {d.parameters["blocked"] for d in drawn} == {0, 1}
     assert all(0.1 <= d.parameters["size"] <= 0.2 for d in drawn)
     assert len({d.index for d in drawn}) == 40
-    assert drawn[0].scene == replace(family, **drawn[0].parameters).scene(drawn[0].index)
+    assert drawn[0].scene == family.replaced(**drawn[0].parameters).scene(drawn[0].index)
 
 
 @pytest.mark.parametrize(
@@ -272,7 +269,7 @@ def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
         ({"size": "1 s..2 s"}, "must be in m"),
         ({"size": "-1 m..2 m"}, "size must be"),
         ({"size": "2 m..1 m"}, "bounds swapped"),
-        ({"posts": "1.5..3"}, "not an integer"),
+        ({"posts": "1.5..3"}, "a whole number"),
         ({"robot": "a..b"}, "no number is named 'robot'"),
     ],
 )

@@ -20,13 +20,10 @@ from rocs_bt.base.parameter import Parameter, class_parameters, field_parameters
 from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
-from rocs_bt.compare.family import family_parameters, load_family
 from rocs_bt.drivers import DRIVER_PARAMETERS
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
 from rocs_bt.plan import mission_parameters
-from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
-from rocs_bt.simulation.scripted_robots import SCRIPTED_ROBOTS
 
 BLOCK = {"monitor": ("name", "monitored", "knowledge", "sink"), "analyze": ("name", "knowledge", "sink")}
 
@@ -36,8 +33,6 @@ def owners() -> Iterator[tuple[str, type, Mapping[str, Parameter]]]:
     yield from ((n, c, class_parameters(c, BLOCK["monitor"])) for n, c in MONITORS.items())
     yield from ((n, c, class_parameters(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
     yield from ((n, c, field_parameters(c)) for n, c in DRIVER_PARAMETERS.items())
-    scripts = {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}
-    yield from ((n, c.Parameters, field_parameters(c.Parameters)) for n, c in scripts.items())
     yield from ((n, c, parameters_of(c)) for n, c in action_table().items())
     catalog, seen = Catalog(), set[str]()
     for robot in (catalog.load_robot(entry.name) for entry in catalog.list("robot")):
@@ -81,19 +76,6 @@ def test_a_value_of_another_dimension_is_one_fault(name: str, cls: type, declare
         for value in wrong(parameter):
             with pytest.raises(InputError, match=parameter.name) as caught:
                 read_arguments({parameter.name: parameter}, {parameter.name: value}, name)
-            assert len(caught.value.faults) == 1, (parameter, value)
-
-
-FAMILIES = [entry.name for entry in Catalog().list("family")]
-
-
-@pytest.mark.parametrize("name", FAMILIES)
-def test_a_value_of_another_dimension_is_one_fault_of_a_family(name: str) -> None:
-    declared = family_parameters(type(load_family(Catalog(), name)))
-    for parameter in filter(numeric, declared.values()):
-        for value in wrong(parameter):
-            with pytest.raises(InputError, match=parameter.name) as caught:
-                load_family(Catalog(), name, {parameter.name: value})
             assert len(caught.value.faults) == 1, (parameter, value)
 
 

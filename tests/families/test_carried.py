@@ -11,11 +11,12 @@ import pytest
 
 from rocs_bt import Catalog, Pose2, run
 from rocs_bt.base.errors import InputError, UnknownName
-from rocs_bt.base.parameter import field_parameters
 from rocs_bt.base.toml_text import as_toml
+from rocs_bt.base.units import Dimension
 from rocs_bt.catalog import ActorSpec
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, load_family, walls_around
+from rocs_bt.declare import fields_of
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world, make_scripted_object
@@ -41,11 +42,11 @@ def carried(world: MujocoWorld, script: str, name: str = "P1", seed: int = 1, **
     start = Pose2(2.0, 4.0) if name == "P1" else Pose2(8.0, 4.1)
     rng = np.random.default_rng(seed)
     script_class = SCRIPTED_OBJECTS.get(script)
-    declared = field_parameters(script_class.Parameters) if script_class else {}
-    units = {name: str(of.dimension) for name, of in declared.items() if of.dimension}
+    declared = fields_of(script_class.Parameters) if script_class else ()
+    units = {each.name: str(each.mark(Dimension)) for each in declared if each.mark(Dimension)}
     given = {k: f"{v} {units[k]}" if k in units and isinstance(v, (int, float)) else v for k, v in parameters.items()}
     actor = ActorSpec(name=name, script=script, pose=start, jitter=start, parameters=given)
-    return make_scripted_object(actor, Path("hall.toml"), world=world, start=start, rng=rng, period=PERIOD)
+    return make_scripted_object(actor, world=world, start=start, rng=rng, period=PERIOD)
 
 
 def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from pathlib import Path
 from typing import Any
@@ -104,9 +103,7 @@ def test_who_drives_has_no_part_in_the_building(name: str) -> None:
     """A task's own mission is given its route planner; another mission knows of none."""
     family = load_family(Catalog(), name)
     assert isinstance(family, TaskFamily)
-    scenes = [
-        dataclasses.replace(family, **who).scene(3) for who in ({}, {"planner": "dijkstra"}, {"mission": "go_to"})
-    ]
+    scenes = [family.replaced(**who).scene(3) for who in ({}, {"planner": "dijkstra"}, {"mission": "go_to"})]
     assert len({(scene.world, tuple(scene.reference)) for scene in scenes}) == 1
     told = [scene.scenario["agent"][0]["parameters"] for scene in scenes]
     assert told == [{"goal": "goal", "planner": "astar"}, {"goal": "goal", "planner": "dijkstra"}, {"goal": "goal"}]

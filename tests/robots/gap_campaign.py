@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass
 from functools import cache
 from math import atan2
 
@@ -23,7 +22,6 @@ ROOM = 0.25  # [m] by which a gap is wider than the hull
 SIZE = (2.5, 2.0)  # [m] half of the arena
 
 
-@dataclass(frozen=True, kw_only=True)
 class Gaps(Family):
     """A wall with one gap between start and goal."""
 

@@ -1,13 +1,10 @@
 """A wall with one gap, somewhere."""
 
-from dataclasses import dataclass
-
 from rocs_bt import Pose2
 from rocs_bt.base.units import PositiveMetres
 from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario
 
 
-@dataclass(frozen=True, kw_only=True)
 class OneGap(Family):
     """A wall with one gap, somewhere."""
 
