@@ -103,29 +103,6 @@ def test_poses_of_model_link_and_collision_are_put_together(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("<sdf><world>", "not valid XML: no element found"),
-        ("<sdf/>", "the file has no <world>"),
-        ('<!DOCTYPE a [<!ENTITY b "c">]><sdf><world/></sdf>', "must not contain a document type"),
-        (WORLD.format(CYLINDER.format("a", "x", 1)), "a <pose> must be 6 numbers, found 'x 1 0 0 0 0'"),
-        (WORLD.format(CYLINDER.format("a", "nan", 1)), "a <pose> must be 6 numbers"),
-        (WORLD.format(CYLINDER.format("a", 1, 1).replace("0.075", "-1")), "sizes must be positive"),
-        (
-            WORLD.format(CYLINDER.format("a", 1, 1).replace("<radius>0.075</radius>", "")),
-            "a <radius> must be 1 numbers",
-        ),
-    ],
-)
-def test_what_is_wrong_with_a_world_is_told(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "world_0.world"
-    file.write_text(text)
-    with pytest.raises(InputError, match=message) as caught:
-        read_world(file)
-    assert caught.value.faults[0].file == file
-
-
-@pytest.mark.parametrize(
     "cells", [np.zeros((3, 3)), np.zeros((0, 2)), np.array([[np.nan, 1.0]]), np.array([["a", "b"]]), np.array(1.0)]
 )
 def test_what_is_wrong_with_a_reference_way_is_told(tmp_path: Path, cells: object) -> None:

@@ -118,23 +118,6 @@ def test_people_are_polite_blind_or_both_in_turn() -> None:
         assert [actor["script"] for actor in actors] == [scripts[i % len(scripts)] for i in range(8)]
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "message"),
-    [
-        ("crowd", {"motion": "waltz"}, "motion must be polite, mixed or blind, found 'waltz'"),
-        ("crowd", {"density": "full"}, "density must be sparse, normal or dense, found 'full'"),
-        ("corridor", {"encounter": "none"}, "encounter must be oncoming, overtaking or door, found 'none'"),
-        ("dynabarn", {"level": "9"}, "level must be easy, medium or hard, found '9'"),
-        ("corridor", {"encounter": "door", "door": "3 m"}, "door must be narrower than the corridor of 3 m, found 3 m"),
-        ("crossing", {"legs": 2}, "legs must be 0 or 1, found 2"),
-        *((name, {"middle": 3}, "middle must be 0 or 1, found 3") for name in FAMILIES),
-    ],
-)
-def test_what_a_family_does_not_know_is_refused(name: str, values: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        load_family(CATALOG, name, values)
-
-
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_hall_of_any_size_has_a_scene_or_says_why_not(name: str) -> None:
     for long, wide in itertools.product((0.5, 5.0, 6.0, 8.0), (0.5, 2.0, 3.0, 4.0)):
