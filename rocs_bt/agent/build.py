@@ -29,7 +29,6 @@ from ..interfaces.service import Service
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
-from ..ros2.messages.known_types import installed_types
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime
@@ -137,8 +136,8 @@ def build_agent(
         rule_waits=arc.waits,
         rng=runtime.rng,
         privileged=controller.privileged,
-        ros=devices.ros,
-        ros_types=partial(installed_types, robot.ros2),
+        services=devices.services,
+        tables={"ros2": robot.ros2},
         motion_held=lambda: devices.actuators[robot.locomotion.actuator].held,
         check_options=controller.check_options,
     )

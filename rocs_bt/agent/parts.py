@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,6 @@ from ..interfaces.safety import SafetyGate
 from ..monitor import Monitor
 from ..plan import Plan
 from ..reactive import ReflexArc
-from ..ros2.ros_link import RosLink
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,14 @@ class RobotDevices:
         sensors: Sensors by name.
         actuators: Safety gates of the actuators, by name.
         sensor_rates: Rates of the sensors in control periods, by sensor name.
-        ros: ROS connection of the robot; None without one, as in simulation.
+        services: Services of packages for the mission by name, such as the connection `ros2`; empty in simulation.
     """
 
     robot: RobotSpec
     sensors: Mapping[str, Sensor]
     actuators: Mapping[str, SafetyGate]
     sensor_rates: Mapping[str, Rate]
-    ros: RosLink | None = None
+    services: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

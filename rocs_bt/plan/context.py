@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +18,6 @@ from ..expression import TRUTH, Expression, reading
 from ..interfaces.action import Action
 from ..interfaces.pipeline import Pipeline
 from ..knowledge import Knowledge
-from ..ros2.ros_link import RosLink, RosTypes
 from ..trees.board import Board
 from ..trees.error import TreeError
 from ..trees.nodes import Node
@@ -146,8 +146,8 @@ class MissionContext:
         rng: Function from a purpose, such as `samples`, to a random generator. In a run the generators are seeded by
             the scenario and the seed of the run, so that runs are repeatable.
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
-        ros: ROS connection of the robot; None without one, as in simulation.
-        ros_types: Function that returns the ROS types that are installed, for checks without a connection.
+        services: Services of packages by name, such as the connection `ros2`; empty in simulation.
+        tables: Tables of packages in robot.toml by name, for checks without a service; None if not declared.
         motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, or an empty
             text.
 
@@ -162,7 +162,6 @@ class MissionContext:
             file is recognised as such; empty to recognise it.
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
-        ros: ROS connection of the robot; None without one, as in simulation.
         motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, such as an
             emergency stop; an empty text if commands pass.
     """
@@ -180,8 +179,8 @@ class MissionContext:
         check_options: CheckOptions | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
         privileged: Mapping[str, Any] | None = None,
-        ros: RosLink | None = None,
-        ros_types: Callable[[], RosTypes | None] = lambda: None,
+        services: Mapping[str, Any] = MappingProxyType({}),
+        tables: Mapping[str, Any] = MappingProxyType({}),
         motion_held: Callable[[], str] = lambda: "",
     ) -> None:
         self.name = name
@@ -201,9 +200,8 @@ class MissionContext:
         self.dialect = ""
         self.shared: dict[str, Any] = {}
         self.privileged: Mapping[str, Any] = privileged or {}
-        self.ros = ros
+        self.services, self.tables = services, tables
         self.motion_held = motion_held
-        self._ros_types = ros_types
         self._compile = compile_guard
         self.check_options = check_options
         self._paths: Mapping[Any, str] = {}
@@ -224,11 +222,6 @@ class MissionContext:
     def passed(self) -> Mapping[str, Position]:
         """Position of each value of a parameter that is a text; empty except in a check."""
         return {} if self.check_options is None else self.check_options.passed
-
-    @property
-    def ros_types(self) -> RosTypes | None:
-        """ROS types of the connection; without a connection those that are installed, or None."""
-        return self._ros_types() if self.ros is None else self.ros.types
 
     def signal_condition(self, expression: str) -> SignalCondition:
         """Compile a condition on signals, such as `min(front) > 0.5 m`.

@@ -109,7 +109,9 @@ class HardwareDevices:
         made = {a.name: opened.enter_context(closing(self._actuator(catalog, robot, a, host))) for a in robot.actuators}
         gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
         stop.attach(list(gates.values()))
-        self.robots[name] = RobotDevices(robot, sensors, gates, rates, self._ros_link(robot, host, shared))
+        link = self._ros_link(robot, host, shared)
+        services = {} if link is None else {"ros2": link}
+        self.robots[name] = RobotDevices(robot, sensors, gates, rates, services)
         self.motion[name] = gates[robot.locomotion.actuator]
         if robot.ros2 is not None:
             node = shared_node(robot.ros2, host)

@@ -66,8 +66,8 @@ def mind(rig):
 
 @pytest.fixture
 def link(mind):
-    mind.mission.ros = Link()
-    return mind.mission.ros
+    mind.mission.services = {"ros2": Link()}
+    return mind.mission.services["ros2"]
 
 
 @pytest.fixture

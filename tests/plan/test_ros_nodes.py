@@ -195,8 +195,8 @@ class TestConnection:
         assert "rocs-bt drive" in tree.root.feedback_message
 
     def test_what_it_cannot_do_is_refused_before_the_run_at_its_line(self, mind, tag):
-        mind.mission.ros = Link()
-        mind.mission.ros.refuses = "actions need rclpy."
+        mind.mission.services = {"ros2": Link()}
+        mind.mission.services["ros2"].refuses = "actions need rclpy."
         build = xml_mission(f'<root BTCPP_format="4"><BehaviorTree ID="M">\n  {LINES[tag]}</BehaviorTree></root>')
         with pytest.raises(InputError, match="actions need rclpy") as caught:
             TreePlan(build(mind.mission), mind.mission)
@@ -204,6 +204,10 @@ class TestConnection:
 
 
 class TestCheck:
+    @pytest.fixture(autouse=True)
+    def installed(self, monkeypatch):
+        monkeypatch.setattr("rocs_bt.ros2.nodes.uses_ros.installed_types", lambda settings: Types())
+
     def faults(self, mind, line, **more):
         text = f'<root BTCPP_format="4"><BehaviorTree ID="M">\n{line}</BehaviorTree></root>'
         return check_mission(
@@ -211,7 +215,7 @@ class TestCheck:
             actions=mind.rig.actions,
             knowledge=mind.rig.knowledge,
             clock=mind.rig.clock,
-            ros_types=Types,
+            tables={"ros2": None},
             **more,
         )
 

@@ -119,7 +119,7 @@ class Stage:
             knowledge.graph.add(name, "peer", pose=Pose2(x, 0.0))
         knowledge.graph.relate("near", "connects", "far")
         self.mission = self.mind.mission
-        self.mission.content, self.mission.ros = CONTENT, Link()
+        self.mission.content, self.mission.services = CONTENT, {"ros2": Link()}
         content = CONTENT.load_nodes() if dialect == "rocs" else ()
         self.nodes = mission_nodes(self.mind.rig.actions, [*content, Letters], dialect)
         self.node, self.parent = self.nodes[tag], parent
@@ -142,7 +142,7 @@ class Stage:
     def run(self, values, most=TICKS):
         """What each tick of a run does."""
         self.mission.board.update(values)
-        rig, link, found = self.mind.rig, self.mission.ros, []
+        rig, link, found = self.mind.rig, self.mission.services["ros2"], []
         if not isinstance(self.child, Act):
             rig.submit(SetTwist(forward=0.6, duration=0.3))
         for _ in range(most):

@@ -101,8 +101,8 @@ def test_nodes_of_nav2_tell_what_they_wait_for(mind, body, waits):
 
 @pytest.mark.parametrize(("body", "waits"), ROS)
 def test_nodes_for_ros_tell_what_they_wait_for_and_until_when(mind, body, waits):
-    mind.mission.ros = Link()
-    mind.mission.ros.here = False
+    mind.mission.services = {"ros2": Link()}
+    mind.mission.services["ros2"].here = False
     assert waits in waiting(mind, body)
 
 

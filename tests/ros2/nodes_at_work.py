@@ -85,7 +85,7 @@ class AtWork:
             knowledge=Knowledge("R1", self.clock, self.sink),
             pipeline=Pipeline(self.clock, self.sink, "R1"),
             actions=ACTIONS,
-            ros=self.link,
+            services={"ros2": self.link},
         )
         for key, value in keys.items():
             self.mission.board.set_local(key, value)

@@ -135,7 +135,9 @@ def plan_of(line, network):
     clock = WallClock()
     node = RosNode(Ros2Settings(), clock, transport=network)
     knowledge, pipeline = Knowledge("R1", clock, NullSink()), Pipeline(clock, NullSink(), "R1")
-    mission = Mission("m", knowledge=knowledge, pipeline=pipeline, actions={}, ros=NodeLink(lambda: node))
+    mission = Mission(
+        "m", knowledge=knowledge, pipeline=pipeline, actions={}, services={"ros2": NodeLink(lambda: node)}
+    )
     text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
     return TreePlan(xml_mission(text)(mission), mission), node
 

@@ -40,7 +40,7 @@ class Connected(Node):
         """Endpoints that are open, by name."""
         if self._endpoints is None:
             owner = self.runtime.owner
-            link = owner.ros if isinstance(owner, MissionContext) else None
+            link = owner.services.get("ros2") if isinstance(owner, MissionContext) else None
             self._endpoints = {}
             if link is not None:
                 self._connect(link, self._endpoints)

@@ -14,6 +14,7 @@ from ...plan.waits import until
 from ...trees.error import TreeError
 from ...trees.nodes import FAILURE, RUNNING, Node, Outcome
 from ...trees.nodes.tree import fault_at
+from ..messages.known_types import installed_types
 from ..ros_link import NO_LINK, FieldPath, RosLink, RosMessage, RosTypes, index_path
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs, inputs_of, parse_outputs
 from .fields import converted, field_at, message
@@ -69,10 +70,19 @@ class UsesRos(Node, Generic[E]):
     @property
     def link(self) -> RosLink | None:
         """ROS connection of the robot; None without one."""
-        return None if self.mission is None else self.mission.ros
+        return None if self.mission is None else self.mission.services.get("ros2")
+
+    @property
+    def types(self) -> RosTypes | None:
+        """Types of the connection; without one those that are installed, in the mission of a robot."""
+        if self.link is not None:
+            return self.link.types
+        if self.mission is None or "ros2" not in self.mission.tables:
+            return None
+        return installed_types(self.mission.tables["ros2"])
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
-        types = None if self.mission is None else self.mission.ros_types
+        types = self.types
         if types is None or not self._fixed():
             return
         type = self.names()[1]
