@@ -16,6 +16,7 @@ from .files import is_file, read_text
 GROUPS: Final[Mapping[str, str]] = {
     "rocs_bt.checks": "check",
     "rocs_bt.commands": "command",
+    "rocs_bt.devices": "driver",
     "rocs_bt.nodes": "vocabulary of nodes",
     "rocs_bt.report": "page of a run",
     "rocs_bt.services": "service beside runs",

@@ -12,6 +12,7 @@ from pathlib import Path
 from ..agent import Agent, Controller
 from ..base.errors import DeviceError, Fault, InputError, located_at, unknown
 from ..base.raised import describe
+from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..drivers import DRIVER_PARAMETERS
 from ..drivers.mujoco import (
@@ -29,7 +30,6 @@ from ..event import pack
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor
 from ..plan import Plan
-from ..ros2.devices.check import not_isolated, ros2_faults
 from ..running import Run
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults
@@ -45,7 +45,7 @@ def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Itera
     own, built = not robot.code or catalog.code, run is not None and run.prepared and _agent_with(robot, run)
     if own:
         yield from driver_faults(robot, catalog)
-    yield from ros2_faults(robot)
+    yield from _registered_faults(robot)
     sensors: dict[str, Sensor] = {}
     if run is not None and built:
         yield from _outline_faults(robot, run.world.world, built)
@@ -171,7 +171,25 @@ def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
             yield from error.at(robot.file, device.line).faults
         else:
             if not simulated and isinstance(device, ActuatorSpec):
-                yield from not_isolated(robot, device)
+                yield from _not_isolated(robot, device)
+
+
+def _registered_faults(robot: RobotSpec) -> Iterator[Fault]:
+    """Check the devices with drivers of packages, by the checks that these register."""
+    devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
+    for device in devices:
+        if isinstance(device, ActuatorSpec) and device.driver in registered("rocs_bt.devices"):
+            yield from _not_isolated(robot, device)
+    for name in registered("rocs_bt.checks").keys() & {device.driver for device in devices}:
+        yield from load("rocs_bt.checks", name)(robot)
+
+
+def _not_isolated(robot: RobotSpec, actuator: ActuatorSpec) -> Iterator[Fault]:
+    """Warn of an actuator on hardware that no other process stops, unless the robot follows a simulator's clock."""
+    if not actuator.isolated and not (robot.ros2 is not None and robot.ros2.use_sim_time):
+        message = f"nothing sends neutral to '{actuator.name}' if this program hangs, is stopped or killed."
+        hint = "Write isolated = true, unless only one program can open the line and it also carries the sensors."
+        yield Fault(message, robot.file, actuator.line, hint=hint, warning=True)
 
 
 def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) -> Iterator[Fault]:

@@ -18,6 +18,7 @@ from typing import Any, ClassVar, TypeVar
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.parameter import field_parameters, misfit
+from ..base.registered import load, registered
 from ..base.units import (
     Joules,
     Metres,
@@ -28,7 +29,6 @@ from ..base.units import (
     Seconds,
     Watts,
 )
-from ..ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 T = TypeVar("T")
 
@@ -417,10 +417,11 @@ def declared_parameters(driver: str, kind: str) -> type | None:
 
     Args:
         driver: Name of the driver.
-        kind: `sensor` or `actuator`; the driver `ros2` has both.
+        kind: `sensor` or `actuator`; drivers of packages may have both.
     """
-    if driver == ROS2:
-        return Ros2SensorParameters if kind == "sensor" else Ros2ActuatorParameters
+    if driver in registered("rocs_bt.devices"):
+        found: type | None = load("rocs_bt.devices", driver).keys.get(kind)
+        return found
     return DRIVER_PARAMETERS.get(driver)
 
 

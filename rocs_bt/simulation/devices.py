@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from ..base.clock import Rate
@@ -16,17 +16,13 @@ from ..catalog import (
     RobotSpec,
     SensorSpec,
     is_reference,
-    robot_locomotion,
     running_class,
 )
-from ..drivers import ROS2, Ros2Settings, read_parameters
+from ..catalog.driver import registered_driver
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
 from ..interfaces.device import Actuator, Sensor
-from ..ros2.devices.actuator_node import ActuatorNode, ActuatorNodeMaker, isolated_node, shared_node
-from ..ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
-from ..ros2.devices.sensor_node import SensorNode
 
 
 @dataclass(frozen=True)
@@ -53,8 +49,8 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         InputError: A user's class does not load, does not extend a MuJoCo driver, or does not take the device's keys;
             lists every fault.
     """
-    if device.driver == ROS2:
-        message = f"'{device.name}' uses ROS 2 and is not simulated."
+    if (other := registered_driver(device.driver)) is not None:
+        message = f"'{device.name}' uses {other.title} and is not simulated."
         hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
         raise InputError(Fault(message, robot.file, device.line, hint=hint))
     if not is_reference(device.driver):
@@ -75,15 +71,15 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
 
 
 def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """Driver of a device on hardware: a user's class, or that of ROS 2.
+    """Driver of a device on hardware: a user's class, or a registered one, by its name.
 
     Raises:
         InputError: The driver is for simulation only, or the class does not load, extends neither Sensor nor Actuator,
             or does not take the device's keys; lists every fault.
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
-    if device.driver == ROS2:
-        return Driver(SensorNode if kind is Sensor else ActuatorNode, device.parameters)
+    if registered_driver(device.driver) is not None:
+        return Driver(device.driver, device.parameters)
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
@@ -107,7 +103,7 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
     """
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     return any(
-        device.driver == ROS2
+        registered_driver(device.driver) is not None
         or (
             is_reference(device.driver)
             and not issubclass(_class(catalog, robot, device), (MujocoSensor, MujocoActuator))
@@ -118,12 +114,10 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
 
 def make_sensor(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec, host: Host, rate: Rate) -> Any:
     """Construct a sensor on hardware that is read at a rate; see `make_hardware`."""
-    if sensor.driver != ROS2:
+    if (other := registered_driver(sensor.driver)) is None:
         return make_hardware(catalog, robot, sensor, host)
     with located_at(robot.file, sensor.line):
-        given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
-        node = shared_node(robot.ros2 or Ros2Settings(), host)
-        return SensorNode(sensor.name, node, given, given.scale(sensor.scale), sensor.validity(rate.period))
+        return other.sensor(robot, sensor, host, rate)
 
 
 def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Host) -> Any:
@@ -133,9 +127,9 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         InputError: See `hardware_driver`; or the constructor raised an exception.
         DeviceError: The constructor cannot reach the device.
     """
-    if isinstance(device, ActuatorSpec) and device.driver == ROS2:
+    if isinstance(device, ActuatorSpec) and (other := registered_driver(device.driver)) is not None:
         with located_at(robot.file, device.line):
-            return _ros2_maker(robot, device)(host)
+            return other.actuator(robot, device, False)(host)
     driver = hardware_driver(catalog, robot, device)
     with located_at(robot.file, device.line), driver.running(DeviceError):
         return driver.make(device.name, host, **driver.parameters)
@@ -150,22 +144,15 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, ho
         InputError: See `make_hardware`; or the system is not POSIX.
         DeviceError: The constructor cannot reach the device.
     """
-    if actuator.driver == ROS2:
+    if (other := registered_driver(actuator.driver)) is not None:
         with located_at(robot.file, actuator.line):
-            node = replace(_ros2_maker(robot, actuator), node=isolated_node(actuator.name))
-            return IsolatedActuator(node, actuator.max_command_age, host)
+            return IsolatedActuator(other.actuator(robot, actuator, True), actuator.max_command_age, host)
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):
         two = bool(driver.make.two_owners)
         maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters, two)
         return IsolatedActuator(maker, actuator.max_command_age, host)
-
-
-def _ros2_maker(robot: RobotSpec, actuator: ActuatorSpec) -> ActuatorNodeMaker:
-    given = read_parameters(Ros2ActuatorParameters, actuator.parameters, f"actuator '{actuator.name}'")
-    locomotion = robot_locomotion(robot.locomotion)
-    return ActuatorNodeMaker(actuator.name, robot.ros2 or Ros2Settings(), given, locomotion)
 
 
 def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:

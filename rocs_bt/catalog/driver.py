@@ -1,0 +1,45 @@
+"""RegisteredDriver: driver of sensors and actuators on hardware that a package registers in `rocs_bt.devices`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..base.registered import load, registered
+
+if TYPE_CHECKING:
+    from ..base.clock import Rate
+    from ..drivers.host import Host
+    from ..drivers.isolated import ActuatorMaker
+    from ..interfaces.device import Sensor
+    from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
+
+
+@dataclass(frozen=True)
+class RegisteredDriver:
+    """Driver whose registered name a robot.toml gives as `driver`.
+
+    Attributes:
+        title: What it uses, in messages, such as `ROS 2`.
+        keys: Class of the device's keys, for `sensor` and `actuator`; one without devices of a kind lacks it.
+        sensor: Makes a sensor that is read at a rate.
+        actuator: Maker of an actuator; of an isolated one (True) it is called in a process of its own.
+    """
+
+    title: str
+    keys: Mapping[str, type]
+    sensor: Callable[[RobotSpec, SensorSpec, Host, Rate], Sensor]
+    actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker]
+
+
+def registered_driver(name: str) -> RegisteredDriver | None:
+    """Driver that a package has registered; None if none has this name.
+
+    Raises:
+        InputError: It cannot be loaded.
+    """
+    if name not in registered("rocs_bt.devices"):
+        return None
+    found: RegisteredDriver = load("rocs_bt.devices", name)
+    return found

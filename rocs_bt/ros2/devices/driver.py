@@ -1,0 +1,44 @@
+"""`driver = "ros2"`: sensors that read topics, and actuators that publish commands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from ...catalog.driver import RegisteredDriver
+from .parameters import Ros2ActuatorParameters, Ros2SensorParameters
+
+if TYPE_CHECKING:
+    from ...base.clock import Rate
+    from ...catalog import ActuatorSpec, RobotSpec, SensorSpec
+    from ...drivers.host import Host
+    from .actuator_node import ActuatorNodeMaker
+    from .sensor_node import SensorNode
+
+
+def _sensor(robot: RobotSpec, spec: SensorSpec, host: Host, rate: Rate) -> SensorNode:
+    from ...drivers import read_parameters
+    from ..settings import Ros2Settings
+    from .actuator_node import shared_node
+    from .sensor_node import SensorNode
+
+    given = read_parameters(Ros2SensorParameters, spec.parameters, f"sensor '{spec.name}'")
+    node = shared_node(robot.ros2 or Ros2Settings(), host)
+    return SensorNode(spec.name, node, given, given.scale(spec.scale), spec.validity(rate.period))
+
+
+def _actuator(robot: RobotSpec, spec: ActuatorSpec, isolated: bool) -> ActuatorNodeMaker:
+    from ...catalog import robot_locomotion
+    from ...drivers import read_parameters
+    from ..settings import Ros2Settings
+    from .actuator_node import ActuatorNodeMaker, isolated_node
+
+    given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
+    locomotion = robot_locomotion(robot.locomotion)
+    made = ActuatorNodeMaker(spec.name, robot.ros2 or Ros2Settings(), given, locomotion)
+    return replace(made, node=isolated_node(spec.name)) if isolated else made
+
+
+DRIVER: Final = RegisteredDriver(
+    "ROS 2", {"sensor": Ros2SensorParameters, "actuator": Ros2ActuatorParameters}, _sensor, _actuator
+)
