@@ -13,9 +13,8 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.parameter import field_parameters
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
-from rocs_bt.catalog import load_robot, read_planner
-from rocs_bt.catalog.inherit import read_with_base
-from rocs_bt.catalog.scenario_file import read_scenario
+from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
+from rocs_bt.declare import Keys, Rest, Value, fields_of
 from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
@@ -104,120 +103,6 @@ go = "go"
 near = "0.5 m"
 """
 
-SCENARIO = """
-format = "scenario/2"
-base = "nothing"
-doc = "All keys."
-world = "yard"
-nodes = "nav2"
-duration = "10 s"
-end_on_collision = true
-# zzz scenario
-[rate]
-physics = "5 ms"
-control = "20 Hz"
-plan = "10 Hz"
-sensors = "10 Hz"
-# zzz scenario.rate
-[[place]]
-name = "gate"
-kind = "goal"
-x = "1 m"
-y = "1 m"
-z = "0.1 m"
-yaw = "90 deg"
-tolerance = "0.2 m"
-height_tolerance = "0.1 m"
-agents = ["R1"]
-[[agent]]
-name = "R1"
-robot = "rover"
-mission = "patrol"
-nodes = "rocs"
-rules = ["keep_clear"]
-x = "0 m"
-y = "0 m"
-yaw = "0 deg"
-jitter = { x = "0.1 m", y = "0.1 m", yaw = "5 deg" }
-success = { goal = "gate" }
-latency = "0.05 s"
-# zzz scenario.agent
-[[agent.sensor]]
-name = "where"
-noise = "1 cm"
-[[agent.actuator]]
-name = "wheels"
-delay = "0.1 s"
-[agent.locomotion]
-delay = "0.1 s"
-[agent.parameters]
-first = "gate"
-[[actor]]
-name = "R2"
-robot = "rover"
-script = "random_walk"
-x = "2 m"
-y = "0 m"
-yaw = "0 deg"
-jitter = { x = "0.1 m" }
-[[ground]]
-name = "stairs"
-kind = "step"
-x = "1 m"
-y = "0 m"
-yaw = "90 deg"
-length = "1 m"
-width = "1 m"
-height = "4 cm"
-count = 3
-# zzz scenario.ground
-[[ground]]
-name = "gravel"
-kind = "rough"
-x = "3 m"
-y = "0 m"
-length = "1 m"
-width = "1 m"
-height = "4 cm"
-grain = "8 cm"
-[[push]]
-robot = "R2"
-at = "2 s"
-until = "3 s"
-duration = "0.1 s"
-force = { forward = "1 N", left = "60 N", up = "1 N" }
-spread = "90 deg"
-# zzz scenario.push
-[[fact]]
-node = "hall"
-at = "1 s"
-kind = "place"
-agents = ["R1"]
-
-[share]
-agents = ["R1"]
-kinds = ["object"]
-relations = ["at"]
-private = ["gate"]
-rate = "50 Hz"
-lost_after = "3 s"
-forget_after = "60 s"
-latency = "10 ms"
-jitter = "10 ms"
-loss = 0.1
-listen = "127.0.0.1:7447"
-peers = ["127.0.0.1:7448"]
-keys = "keys/R1"
-group = "robots"
-# zzz scenario.share
-[[requirement]]
-name = "keeps clear"
-doc = "One."
-require = "always min_clearance > 0.05 m"
-agent = "R1"
-# zzz scenario.requirement
-"""
-
 RULES = """
 format = "reflex/1"
 doc = "All keys."
@@ -268,21 +153,6 @@ expect = [{ t = "0 s", fires = false }]
 """
 
 
-PLANNER = """
-format = "planner/1"
-doc = "All keys."
-source = "A book."
-mission = "patrol"
-rules = ["keep_clear"]
-latency = "0.05 s"
-nodes = "nav2"
-oracle = false
-# zzz planner
-[parameters]
-first = "gate"
-"""
-
-
 def rows(title):
     """The lines of the table under a title."""
     (part,) = re.findall(rf"^##+ {re.escape(title)}\n(.*?)(?=^##|\Z)", PAGE, re.MULTILINE | re.DOTALL)
@@ -312,10 +182,6 @@ def load(kind, text, folder):
     if kind == "robot":
         (folder / "robot.xml").write_text("<mujoco/>", "utf-8")
         return load_robot(file, lambda base: nothing)
-    if kind == "scenario":
-        return read_scenario(read_with_base(file, lambda base: nothing))
-    if kind == "planner":
-        return read_planner(file)
     (folder / "nothing_more.toml").write_text('format = "reflex/1"', "utf-8")
     signals = SignalTable()
     signals.declare(Signal("front", 2, (LENGTH,)))
@@ -323,15 +189,14 @@ def load(kind, text, folder):
     return load_rules(file, Environment.of(signals), ACTIONS)
 
 
-OTHER_KINDS = {  # a differential drive refuses the first, a planner that is a mission the second, a robot the last
+OTHER_KINDS = {  # a differential drive refuses them
     "robot.locomotion": {
         *("effective_wheel_separation", "icr_offset", "base_radius", "half_length", "half_width"),
         *("max_speed", "max_acceleration", "land_after", "sway"),
     },
-    "planner": {"python"},
-    "scenario.actor": {"one_of"},
 }
-FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}
+FILES = {"robot": ROBOT, "rules": RULES}
+CLASSES = {"scenario": ScenarioSpec, "planner": PlannerSpec}
 
 
 def shape(text):
@@ -400,12 +265,39 @@ def test_every_blocks_parameters_are_documented():
     assert found == {name: names for name, names in wanted.items() if names}
 
 
+def declared_keys(cls):
+    """Keys of a table of a declared class."""
+    found = set()
+    for each in fields_of(cls):
+        if (inner := each.mark(Keys)) is not None and inner.here:
+            found |= declared_keys(inner.cls)
+        elif (rest := each.mark(Rest)) is not None:
+            found |= set(rest.keys)
+        elif each.is_key:
+            found.add(each.key)
+    return found
+
+
+def tables(cls, title):
+    """Declared classes of a file, each with the title of its table in the page."""
+    yield title, cls
+    for each in fields_of(cls):
+        if each.is_key and isinstance(each.hint, type) and issubclass(each.hint, Value):
+            yield from tables(each.hint, f"{title}.{each.key}")
+
+
+@pytest.mark.parametrize(("title", "cls"), [pair for kind, cls in CLASSES.items() for pair in tables(cls, kind)])
+def test_the_keys_of_a_declared_table_are_documented(title, cls):
+    if title == "scenario.agent.success":  # a row of the table above it
+        (text,) = [row[1] for row in rows("scenario.agent") if row[0] == "`success`"]
+        assert all(re.search(rf"\b{key} = ", text) for key in declared_keys(cls))
+        return
+    assert keys(title) - {"base"} == declared_keys(cls)
+
+
 def test_every_scripts_parameters_are_documented():
-    wanted = {
-        name: set(inspect.signature(cls.Parameters).parameters)
-        for name, cls in {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}.items()
-    }
-    assert by_owner("Scripts of scripted actors") == wanted
+    scripts = {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}
+    assert by_owner("Scripts of scripted actors") == {n: declared_keys(c.Parameters) for n, c in scripts.items()}
 
 
 def test_the_places_of_blocks_and_names_are_the_tables():
