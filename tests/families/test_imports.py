@@ -76,16 +76,16 @@ def test_an_imported_scene_is_scored_by_its_own_shortest_way(tmp_path: Path) -> 
     scene = next(iter(read_barn(clone(tmp_path / "clone"))))
     scene.write(tmp_path / "mine")
     (agent,) = Catalog(tmp_path / "mine").load_scenario("barn-0").agents
-    assert agent.shortest_path == pytest.approx(scene.reference_length, abs=1e-4)
+    assert agent.success.shortest_path == pytest.approx(scene.reference_length, abs=1e-4)
     (record,) = sweep(
         ["tree"], ["barn-0"], seeds=[1], catalog=Catalog(tmp_path / "mine"), options=SweepOptions(workers=1)
     ).records()
     assert record.outcome == "success"
     assert record.metrics["spl"] == pytest.approx(
-        agent.shortest_path / max(record.metrics["path_length"], agent.shortest_path)
+        agent.success.shortest_path / max(record.metrics["path_length"], agent.success.shortest_path)
     )
     assert record.metrics["barn2024"] == pytest.approx(
-        barn_score(record.metrics["time"], agent.shortest_path, low=2.0, high=8.0)
+        barn_score(record.metrics["time"], agent.success.shortest_path, low=2.0, high=8.0)
     )
 
 
