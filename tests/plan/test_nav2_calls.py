@@ -21,11 +21,13 @@ CALLS = {
     # line, name of the action or service, goal or request, result or response, outputs
     "NavigateToPose": ('goal="near"', "navigate_to_pose", {"pose": pose(1, 0, 0.5), "behavior_tree": ""}, {}, {}),
     "NavigateThroughPoses": (
-        'goals="near"', "navigate_through_poses", {"poses": [pose(1, 0, 0.5)], "behavior_tree": ""}, {}, {},
+        'goals="near;dock" server_name="/other/through"', "/other/through",
+        {"poses": [pose(1, 0, 0.5), pose(3, 4, math.pi)], "behavior_tree": ""}, {}, {},
     ),
     "ComputePathToPose": (
-        'goal="near" use_start="false" start="dock"', "compute_path_to_pose",
-        {"goal": pose(1, 0, 0.5), "planner_id": "", "use_start": False}, {"path": PATH_VALUES}, {"path": PATH_VALUES},
+        'goal="near" use_start="false" start="dock" planner_id="Smac"', "compute_path_to_pose",
+        {"goal": pose(1, 0, 0.5), "planner_id": "Smac", "use_start": False},
+        {"path": PATH_VALUES}, {"path": PATH_VALUES},
     ),
     "ComputePathThroughPoses": (
         'goals="near;dock" start="near"', "compute_path_through_poses",
@@ -45,10 +47,11 @@ CALLS = {
     "FollowPath": (
         'path="{given}"', "follow_path", {"path": PATH_VALUES, "controller_id": "", "goal_checker_id": ""}, {}, {},
     ),
-    "Spin": ("", "spin", {"target_yaw": 1.57, "time_allowance": TEN}, {}, {}),
+    "Spin": ('spin_dist="-1.5"', "spin", {"target_yaw": -1.5, "time_allowance": TEN}, {}, {}),
     "BackUp": (
-        "", "backup",
-        {"target": {"x": 0.15}, "speed": 0.025, "time_allowance": TEN, "disable_collision_checks": False}, {}, {},
+        'backup_dist="0.3" time_allowance="2.5"', "backup",
+        {"target": {"x": 0.3}, "speed": 0.025, "time_allowance": {"sec": 2, "nanosec": 500_000_000},
+         "disable_collision_checks": False}, {}, {},
     ),
     "DriveOnHeading": ("", "drive_on_heading", {"target": {"x": 0.15}, "speed": 0.025}, {}, {}),
     "Wait": ("", "wait", {"time": {"sec": 1, "nanosec": 0}}, {}, {}),

@@ -9,53 +9,11 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.plan import TreePlan, mission_parameters, xml_mission
 from rocs_bt.ros2.nodes import nav2_servers
 from rocs_bt.ros2.ros_link import GoalState, RosField
-from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
+from rocs_bt.trees.nodes import FAILURE, RUNNING, Tree
 
 from .checking import check_mission
 from .nav2_msgs import TEXT, pose
 from .ros_fake import TYPES, Message
-
-ALLOWED = {"sec": 10, "nanosec": 0}
-
-
-@pytest.mark.parametrize(
-    ("line", "server", "goal"),
-    [
-        (
-            '<NavigateThroughPoses goals="near;dock" server_name="/other/through"/>',
-            "/other/through",
-            {"poses": [pose(1, 0, 0.5), pose(3, 4, math.pi)], "behavior_tree": ""},
-        ),
-        (
-            '<ComputePathToPose goal="dock" planner_id="Smac"/>',
-            "compute_path_to_pose",
-            {"goal": pose(3, 4, math.pi), "planner_id": "Smac", "use_start": False},
-        ),
-        (
-            '<ComputePathToPose goal="dock" start="near"/>',
-            "compute_path_to_pose",
-            {"goal": pose(3, 4, math.pi), "start": pose(1, 0, 0.5), "planner_id": "", "use_start": True},
-        ),
-        ('<Spin spin_dist="-1.5"/>', "spin", {"target_yaw": -1.5, "time_allowance": ALLOWED}),
-        (
-            '<BackUp backup_dist="0.3" time_allowance="2.5"/>',
-            "backup",
-            {
-                "target": {"x": 0.3},
-                "speed": 0.025,
-                "time_allowance": {"sec": 2, "nanosec": 500_000_000},
-                "disable_collision_checks": False,
-            },
-        ),
-    ],
-)
-def test_the_goal_of_each_server(served, link, line, server, goal):
-    tree = served(line)
-    assert tree.tick() is RUNNING
-    assert link.goals[0].values == goal
-    assert [(kind, name) for kind, name, _ in link.opened] == [("action", server)]
-    link.goals[0].state, link.goals[0].result = GoalState.SUCCEEDED, Message({"path": {"poses": []}})
-    assert tree.tick() is SUCCESS
 
 
 def test_goals_in_a_message_of_their_own_as_in_later_distributions(served, link, monkeypatch):

@@ -75,15 +75,8 @@ PORTS = {
     "GetCurrentPose": f"{FRAMES} current_pose",
     "ConcatenatePaths": "input_path1 input_path2 output_path",
     **{
-        f"{camel}Selector": f"topic_name default_{what} selected_{what}"
-        for camel, what in (
-            ("Planner", "planner"),
-            ("Controller", "controller"),
-            ("Smoother", "smoother"),
-            ("GoalChecker", "goal_checker"),
-            ("ProgressChecker", "progress_checker"),
-            ("PathHandler", "path_handler"),
-        )
+        f"{what.title().replace('_', '')}Selector": f"topic_name default_{what} selected_{what}"
+        for what in ["planner", "controller", "smoother", "goal_checker", "progress_checker", "path_handler"]
     },
     "CheckStopStatus": "velocity_threshold duration_stopped",
     "IsStopped": "velocity_threshold duration_stopped",

@@ -81,7 +81,7 @@ class Topic:
         take: Creates the function from a message to values, for what is taken and the values of `keys`.
         make: Fields of the message at a stamp [s] with values, on a channel.
         keys: Keys in robot.toml of sensors that take from this type.
-        scale: Key whose value is the factor from the numbers of a message to the values of a reading.
+        scale: Key with the factor from the numbers of a message to the values of a reading.
         frame: Frame of the values by REP 105; empty if the type has none.
         parts: Whether several nodes publish parts of the whole, with a name for each value.
     """

@@ -9,7 +9,6 @@ from .action import RosAction
 from .action_server import RosActionServer
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs
 from .nav2_servers import NODES
-from .nav2_services import SERVICES
 from .nav2_topics import TOPICS
 from .service import RosService
 from .topics import RosPublish, RosSubscribe
@@ -18,7 +17,7 @@ from .uses_ros import UsesRos
 ROS_NODES: Final = (RosAction, RosActionServer, RosPublish, RosService, RosSubscribe)
 """Nodes for any topic, service or action; available in every mission."""
 
-NAV2_SERVERS: Final[tuple[type[Node], ...]] = (*NODES.values(), *SERVICES, *TOPICS)
+NAV2_SERVERS: Final[tuple[type[Node], ...]] = (*NODES.values(), *TOPICS)
 """Nodes that use the servers, services and topics of a running Nav2; see also `rocs_bt.nav2`."""
 
 __all__ = [

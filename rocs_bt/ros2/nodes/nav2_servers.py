@@ -1,4 +1,4 @@
-"""Nodes that call the action servers of a running Nav2, with the names and ports of Nav2's own nodes.
+"""Nodes that call the servers of a running Nav2, with the names and ports of Nav2's own nodes.
 
 They are available with `nodes = "nav2_servers"`. The nodes of `rocs_bt.nav2` (`nodes = "nav2"`) have the same
 names and ports but need no ROS: they use the planners and actions of rocs_bt.
@@ -7,193 +7,31 @@ names and ports but need no ROS: they use the planners and actions of rocs_bt.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final
+from collections.abc import Mapping
+from typing import Any, Final
 
-from ...base.errors import Fault, InputError, unknown
-from ...interfaces.action import Failure
-from ...interfaces.pipeline import Priority, Ticket, TicketState
-from ...nav2.lenient import Served
 from ...nav2.nodes import NAV2
-from ...nav2.path import corners_of
+from ...nav2.servers import CANCELLED
 from ...nav2.tables import made_node
 from ...plan.action_node import ActionNode
-from ...trees.nodes import RUNNING, SUCCESS, Input, Node, Outcome, Output
-from ..ros_link import RosActionClient, RosField, RosGoal, RosLink, RosSubscription, RosTypes
-from .action import GoalLeaf
-from .assignments import FieldOutputs
-from .nav2_messages import Nav2Caller, field_of
-from .relay_twist import TWISTS, RelayTwist
-from .uses_ros import interface_type, parse_name
-
-NOT_SENT = 2
-"""Error code of a goal that was not sent: SEND_GOAL_FAILURE since Lyrical."""
+from ...trees.nodes import Input, Node, Output
+from .nav2_actions import Nav2Action, Nav2Motion, Planning, Routing, Teleop
+from .nav2_messages import Nav2Caller
+from .nav2_services import Cancel, CheckPose, Nav2Service, RemoveGoals, Validate
+from .uses_ros import parse_name
 
 
-class Nav2Action(Nav2Caller, Served, GoalLeaf):
-    """Base of nodes that call an action server of Nav2."""
-
-    named = "server_name"
-    parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
-    emptied: ClassVar[tuple[str, ...]] = ()
-
-    server_name = Input(str, doc="name of the action", parse=parse_name)
-    feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
-    result = FieldOutputs("keys for fields of the result: path -> {key}")
-    server_timeout = Input(float, 0.0, "maximum time until the server accepts the goal [ms], at least 1 s; 0: 5 s")
-
-    @property
-    def acknowledgement(self) -> float:
-        # Nav2 gives 10 or 20 ms; an agent that ticks at 20 Hz on a loaded computer cannot judge that.
-        return max(self.server_timeout * 1e-3, 1.0) if self.server_timeout else 5.0
-
-    def initialise(self) -> None:
-        self.put_error()
-        super().initialise()
-
-    def message(self) -> dict[str, Any]:
-        return self.filled("Goal")
-
-    def on_feedback(self, goal: RosGoal) -> str:
-        self.write_fields(goal.feedback)
-        return self.put("feedback", goal.feedback)
-
-    def on_result(self, goal: RosGoal) -> str:
-        self.write_fields(goal.result)
-        self.put_error(*self._error(goal))
-        return self.put("result", goal.result)
-
-    def detail(self, goal: RosGoal) -> str:
-        code, text = self._error(goal)
-        shown = ": ".join(filter(None, (f"error code {code}" if code else "", text)))
-        return f" ({shown})" if shown else ""
-
-    def failed(self, failure: Failure) -> Outcome:
-        if self._goal is None:  # no server has given a code
-            self.put_error(NOT_SENT, str(failure))
-        for port in self.emptied:
-            self.write(port, {})
-        return super().failed(failure)
-
-    def _error(self, goal: RosGoal) -> tuple[int, str]:
-        if goal.result is None:
-            return 0, ""
-        return int(field_of(goal.result, "error_code", 0)), str(field_of(goal.result, "error_msg", ""))
+def server_of(tag: str) -> str:
+    """Name of the action server that a node of Nav2 calls by default."""
+    return "backup" if tag == "BackUp" else re.sub(r"(?<=.)([A-Z])", r"_\1", tag).lower()
 
 
-def _parse_topic(text: str) -> str:
-    return parse_name(text) if text.strip() else ""
+def _action(name: str) -> dict[str, Any]:
+    return {"server_name": Input(str, name, "name of the action", parse=parse_name)}
 
 
-def _parse_twist(text: str) -> str:
-    if (type := interface_type("msg")(text)) not in TWISTS:
-        raise InputError(unknown("type of twists", type, TWISTS))
-    return type
-
-
-class Nav2Motion(Nav2Action):
-    """Base of nodes with which Nav2 moves the robot. Reflexes of the robot have priority: they cancel the goal.
-
-    With `cmd_vel`, Nav2's commands pass the agent's safety gate: an action of the agent passes on the twists of that
-    topic while the goal is pursued, and a reflex pre-empts that action like any other. While the safety gate holds the
-    robot, as in an emergency stop, the goal is always cancelled, and sent again after the release.
-    """
-
-    cmd_vel = Input(str, "", "topic with Nav2's commands, for the agent to pass on; none if empty", parse=_parse_topic)
-    cmd_vel_type = Input(str, "geometry_msgs/msg/TwistStamped", "type of that topic", parse=_parse_twist)
-    cancel_on_reflex = Input(bool, True, "whether the goal is cancelled during a reflex, and sent again afterwards")
-
-    _commands: RosSubscription | None = None
-    _relay: Ticket | None = None
-
-    @property
-    def interruption(self) -> str:
-        return super().interruption or self.held()
-
-    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
-        yield from super().bound_faults()
-        if self.key("cmd_vel") is None and not self.cmd_vel:
-            hint = (
-                "Give it cmd_vel, the topic with Nav2's commands: if the agent is killed, Nav2 drives on "
-                "(docs/ros2-missions.md)."
-            )
-            yield "", Fault("Nav2 commands the base past the safety gate.", hint=hint, warning=True)
-
-    def connect(self, link: RosLink, name: str, type: str) -> RosActionClient:
-        if self.cmd_vel and self._commands is None:
-            self._commands = link.subscription(self.cmd_vel, self.cmd_vel_type, "reliable")
-        return super().connect(link, name, type)
-
-    def shutdown(self) -> None:
-        super().shutdown()
-        if self._commands is not None:
-            self._commands.close()
-            self._commands = None
-
-    def update(self) -> Outcome:
-        outcome = super().update()
-        if outcome is not RUNNING or self._commands is None:
-            return outcome
-        if not self.pursued:
-            self._end_relay()
-        elif (failure := self._relayed(self._commands)) is not None:
-            return self.failed(failure)
-        return RUNNING
-
-    def terminate(self, new_status: Outcome) -> None:
-        self._end_relay()
-        super().terminate(new_status)
-
-    def _relayed(self, commands: RosSubscription) -> Failure | None:
-        """Keep the action that passes on Nav2's commands; returns the reason if it has failed."""
-        mission, ticket = self.mission, self._relay
-        if mission is None or (ticket is not None and not ticket.state.done):
-            return None
-        if ticket is not None and ticket.state is TicketState.FAILED:
-            return ticket.failure
-        if not mission.pipeline.held:
-            action = RelayTwist.of(commands, self.cmd_vel_type)
-            self._relay = mission.pipeline.submit(action, Priority.NORMAL, by=mission.path(self))
-        return None
-
-    def _end_relay(self) -> None:
-        if self._relay is not None and self.mission is not None:
-            self.mission.pipeline.cancel(self._relay, by=self.mission.path(self))
-        self._relay = None
-
-
-class _Planning(Nav2Action):
-    """Base of nodes that compute a path; `use_start` says whether the goal contains a start."""
-
-    emptied = ("path",)
-
-    def fields(self, known: Mapping[str, RosField], types: RosTypes) -> dict[str, Any]:
-        found = super().fields(known, types)
-        found["use_start"] = "start" in found and found.get("use_start", True)
-        if not found["use_start"]:
-            found.pop("start", None)
-        return found
-
-    def on_result(self, goal: RosGoal) -> str:
-        if "corners" in self.ports and goal.result is not None:
-            self.write("corners", corners_of(field_of(goal.result, "path", {})))
-        return super().on_result(goal)
-
-
-class _Routing(Nav2Action):
-    """Base of nodes that compute a route, between numbers of nodes or between poses."""
-
-    emptied = ("path", "route")
-
-    def fields(self, known: Mapping[str, RosField], types: RosTypes) -> dict[str, Any]:
-        used = {"goal": self.read("use_poses"), "start": self.read("use_poses") and self.read("use_start")}
-        return super().fields({name: field for name, field in known.items() if used.get(name, True)}, types)
-
-
-class _Teleop(Nav2Motion):
-    def failed(self, failure: Failure) -> Outcome:
-        sent, outcome = self._goal is not None, super().failed(failure)
-        return SUCCESS if sent and not self.read("is_recovery") else outcome
+def _service(type: str, name: str) -> dict[str, Any]:
+    return {"type": type, "service_name": Input(str, name, "name of the service", parse=parse_name)}
 
 
 _PLANNER: Final = {
@@ -210,55 +48,71 @@ _ROUTE: Final = {
     "path": Output(object, "path, as nav_msgs/Path; empty after a failure"),
 }
 _SMOOTH: Final = {"inputs": {"path": "unsmoothed_path"}, "outputs": {"smoothed_path": "path"}}
-_BACK_UP: Final = {"inputs": {"target": "backup_dist", "speed": "backup_speed"}}
+_CLEAR: Final = "Clears one of Nav2's costmaps, or a part of it."
+_VALID: Final = "Asks Nav2's planner server whether a path is free; RUNNING until it has responded."
+_IS_VALID: Final = _service("nav2_msgs/srv/IsPathValid", "is_path_valid")
+_COSTS: Final = _service("nav2_msgs/srv/GetCosts", "/global_costmap/get_cost_global_costmap")
+_RESTART: Final = _service("std_srvs/srv/Empty", "reinitialize_global_localization")
+_TOGGLE: Final = _service("nav2_msgs/srv/Toggle", "collision_monitor/toggle")
+_CANCEL: Final = {"type": "action_msgs/srv/CancelGoal"}
 
-_ACTIONS: Final[Mapping[str, tuple[type[Nav2Action], str, Mapping[str, Any]]]] = {
+_ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
     "NavigateToPose": (Nav2Motion, "Drives to a goal with Nav2's navigator.", {"inputs": {"pose": "goal"}}),
     "NavigateThroughPoses": (
-        Nav2Motion,
-        "Drives to several goals in order with Nav2's navigator.",
-        {"inputs": {"poses": "goals"}},
+        Nav2Motion, "Drives to several goals in order with Nav2's navigator.", {"inputs": {"poses": "goals"}},
     ),
-    "ComputePathToPose": (_Planning, "Computes a path with Nav2's planner server.", {**_PLANNER, **_CORNERS}),
-    "ComputePathThroughPoses": (_Planning, "Computes a path through goals with Nav2's planner server.", _PLANNER),
+    "ComputePathToPose": (Planning, "Computes a path with Nav2's planner server.", _PLANNER | _CORNERS),
+    "ComputePathThroughPoses": (Planning, "Computes a path through goals with Nav2's planner server.", _PLANNER),
     "SmoothPath": (Nav2Action, "Smooths a path with Nav2's smoother server.", _SMOOTH),
     "FollowPath": (Nav2Motion, "Follows a path with Nav2's controller server.", {}),
     "Spin": (Nav2Motion, "Turns on the spot with Nav2's behavior server.", {"inputs": {"target_yaw": "spin_dist"}}),
-    "BackUp": (Nav2Motion, "Drives backward with Nav2's behavior server.", _BACK_UP),
+    "BackUp": (
+        Nav2Motion, "Drives backward with Nav2's behavior server.",
+        {"inputs": {"target": "backup_dist", "speed": "backup_speed"}},
+    ),
     "DriveOnHeading": (
-        Nav2Motion,
-        "Drives straight with Nav2's behavior server.",
-        {"inputs": {"target": "dist_to_travel"}},
+        Nav2Motion, "Drives straight with Nav2's behavior server.", {"inputs": {"target": "dist_to_travel"}},
     ),
     "Wait": (Nav2Action, "Waits with Nav2's behavior server.", {"inputs": {"time": "wait_duration"}}),
-    "AssistedTeleop": (_Teleop, "Lets a person drive with Nav2's checks; SUCCESS at the end unless `is_recovery`.", {}),
-    "ComputeRoute": (_Routing, "Computes a route with Nav2's route server.", _ROUTE),
+    "AssistedTeleop": (Teleop, "Lets a person drive with Nav2's checks; SUCCESS at the end unless `is_recovery`.", {}),
+    "ComputeRoute": (Routing, "Computes a route with Nav2's route server.", _ROUTE),
     "ComputeAndTrackRoute": (
-        _Routing,
-        "Computes a route with Nav2's route server; RUNNING until the robot has reached its end.",
-        _ROUTE,
+        Routing, "Computes a route with Nav2's route server; RUNNING until the robot has reached its end.", _ROUTE,
     ),
     "DockRobot": (Nav2Motion, "Docks with Nav2's docking server.", {}),
     "UndockRobot": (Nav2Motion, "Undocks with Nav2's docking server.", {}),
     "FollowObject": (Nav2Motion, "Follows a moving object with Nav2's following server.", {}),
-}
+    "ClearEntireCostmap": (Nav2Service, _CLEAR, {}),
+    "ClearCostmapExceptRegion": (Nav2Service, _CLEAR, {}),
+    "ClearCostmapAroundRobot": (Nav2Service, _CLEAR, {}),
+    "ClearCostmapAroundPose": (Nav2Service, _CLEAR, {}),
+    "ReinitializeGlobalLocalization": (
+        Nav2Service, "Makes the localisation start again: the robot may be anywhere.", _RESTART,
+    ),
+    "ToggleCollisionMonitor": (Nav2Service, "Switches Nav2's collision monitor on or off.", _TOGGLE),
+    "ValidatePath": (Validate, _VALID, _IS_VALID),
+    "IsPathValid": (Validate, _VALID, _IS_VALID),
+    "CheckPoseOccupancy": (CheckPose, "SUCCESS if a pose is occupied in Nav2's global costmap.", _COSTS),
+    "RemoveInCollisionGoals": (RemoveGoals, "Removes goals that are occupied in Nav2's global costmap.", _COSTS),
+    **{
+        tag: (Cancel, f"Cancels the goals of Nav2's server of {server}.", _CANCEL | _action(server_of(server)))
+        for tag, server in CANCELLED.items()
+    },
+}  # fmt: skip
+"""Base, docstring and own members of each node; other ports are those of Nav2's node."""
 
 
-def server_of(tag: str) -> str:
-    """Name of the action server that a node of Nav2 calls by default."""
-    return "backup" if tag == "BackUp" else re.sub(r"(?<=.)([A-Z])", r"_\1", tag).lower()
-
-
-def _node(tag: str, base: type[Nav2Action], doc: str, members: Mapping[str, Any]) -> type[Node]:
+def _node(tag: str, base: type[Nav2Caller], doc: str, members: Mapping[str, Any]) -> type[Node]:
     own = base.ports.keys() | ActionNode.ports.keys()
-    ports = {name: port for name, port in NAV2[tag].ports.items() if name not in own}
-    server = Input(str, server_of(tag), "name of the action", parse=parse_name)
-    given = {"type": f"nav2_msgs/action/{tag}", "server_name": server, **ports, **members}
+    ports: dict[str, Any] = {name: port for name, port in NAV2[tag].ports.items() if name not in own}
+    if issubclass(base, Nav2Action):
+        ports = {**_action(server_of(tag)), **ports, "type": f"nav2_msgs/action/{tag}"}
+    given = {"type": f"nav2_msgs/srv/{tag}", "kind": NAV2[tag].kind, **ports, **members}
     return made_node(tag, base, doc, {name: value for name, value in given.items() if value is not None}, __name__)
 
 
-NODES: Final = {tag: _node(tag, *row) for tag, row in _ACTIONS.items()}
-"""Nodes that call action servers, by name; they are attributes of this module too."""
+NODES: Final = {tag: _node(tag, *row) for tag, row in _ROWS.items()}
+"""Nodes that call servers of Nav2, by name; they are attributes of this module too."""
 
 
 def __getattr__(name: str) -> type[Node]:

@@ -1,22 +1,18 @@
-"""Nodes that call the services of a running Nav2, with the names and ports of Nav2's own nodes."""
+"""Bases of the nodes that call the services of a running Nav2."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 
 from ...nav2.costs import NO_INFORMATION
 from ...nav2.goals import SKIPPED, Statuses
 from ...nav2.lenient import Served, Serviced
-from ...nav2.nodes import NAV2
 from ...nav2.path import poses_in
 from ...nav2.poses import list_of
-from ...nav2.servers import CANCELLED
-from ...nav2.tables import made_node
-from ...trees.nodes import FAILURE, SUCCESS, Input, Node, Outcome
+from ...trees.nodes import FAILURE, SUCCESS, Input, Outcome
 from ..ros_link import RosField, RosMessage, RosTypes
 from .nav2_messages import Nav2Caller, field_of
-from .nav2_servers import server_of
 from .service import ServiceLeaf
 from .uses_ros import parse_name
 
@@ -42,7 +38,9 @@ class Nav2Service(Nav2Caller, ServiceLeaf):
         return SUCCESS if field_of(response, "success", True) else FAILURE
 
 
-class _Validate(Nav2Service):
+class Validate(Nav2Service):
+    """Base of nodes that ask whether a path is free."""
+
     def responded(self, response: RosMessage) -> Outcome:
         path = poses_in(self.read("path"))
         if "collision_poses" in self.ports:
@@ -64,7 +62,9 @@ class _Costs(Nav2Service):
         return [unknown if cost == NO_INFORMATION else cost >= least for cost in costs]
 
 
-class _CheckPose(_Costs):
+class CheckPose(_Costs):
+    """SUCCESS if a pose is occupied."""
+
     def fields(self, known: Mapping[str, RosField], types: RosTypes) -> dict[str, Any]:
         return {"use_footprint": self.read("use_footprint"), "poses": [self.stamped(self.read("pose"))]}
 
@@ -72,7 +72,9 @@ class _CheckPose(_Costs):
         return SUCCESS if self.occupied(response, 1) == [True] else FAILURE
 
 
-class _RemoveGoals(Statuses, _Costs):
+class RemoveGoals(Statuses, _Costs):
+    """Writes the goals that are free."""
+
     inputs: ClassVar[Mapping[str, str]] = {"poses": "input_goals"}
 
     def update(self) -> Outcome:
@@ -90,7 +92,7 @@ class _RemoveGoals(Statuses, _Costs):
         return SUCCESS
 
 
-class _Cancel(Nav2Service):
+class Cancel(Nav2Service):
     """Base of nodes that cancel all goals of an action server."""
 
     named = "server_name"
@@ -100,55 +102,3 @@ class _Cancel(Nav2Service):
 
     def names(self) -> tuple[str, str]:
         return f"{self._name('server_name')}/_action/cancel_goal", self.type
-
-
-_CLEAR: Final = "Clears one of Nav2's costmaps, or a part of it."
-_VALID: Final = "Asks Nav2's planner server whether a path is free; RUNNING until it has responded."
-_COSTS: Final = ("nav2_msgs/srv/GetCosts", "/global_costmap/get_cost_global_costmap")
-_SERVICES: Final[Mapping[str, tuple[type[Nav2Service], str, str, str]]] = {
-    **{
-        tag: (Nav2Service, f"nav2_msgs/srv/{tag}", "", _CLEAR)
-        for tag in (
-            "ClearEntireCostmap",
-            "ClearCostmapExceptRegion",
-            "ClearCostmapAroundRobot",
-            "ClearCostmapAroundPose",
-        )
-    },
-    "ReinitializeGlobalLocalization": (
-        Nav2Service,
-        "std_srvs/srv/Empty",
-        "reinitialize_global_localization",
-        "Makes the localisation start again: the robot may be anywhere.",
-    ),
-    "ToggleCollisionMonitor": (
-        Nav2Service,
-        "nav2_msgs/srv/Toggle",
-        "collision_monitor/toggle",
-        "Switches Nav2's collision monitor on or off.",
-    ),
-    "ValidatePath": (_Validate, "nav2_msgs/srv/IsPathValid", "is_path_valid", _VALID),
-    "IsPathValid": (_Validate, "nav2_msgs/srv/IsPathValid", "is_path_valid", _VALID),
-    "CheckPoseOccupancy": (_CheckPose, *_COSTS, "SUCCESS if a pose is occupied in Nav2's global costmap."),
-    "RemoveInCollisionGoals": (_RemoveGoals, *_COSTS, "Removes goals that are occupied in Nav2's global costmap."),
-}
-
-
-def _node(tag: str, base: type[Nav2Service], type: str, service: str, doc: str) -> type[Node]:
-    ports: dict[str, Any] = {name: port for name, port in NAV2[tag].ports.items() if name not in base.ports}
-    if service:
-        ports["service_name"] = Input(str, service, "name of the service", parse=parse_name)
-    return made_node(tag, base, doc, {"type": type, "kind": NAV2[tag].kind, **ports}, __name__)
-
-
-def _cancel(tag: str, server: str) -> type[Node]:
-    port = Input(str, server_of(server), "name of the action", parse=parse_name)
-    members = {"type": "action_msgs/srv/CancelGoal", "server_name": port}
-    return made_node(tag, _Cancel, f"Cancels the goals of Nav2's server of {server}.", members, __name__)
-
-
-SERVICES: Final = (
-    *(_node(tag, *row) for tag, row in _SERVICES.items()),
-    *(_cancel(tag, server) for tag, server in CANCELLED.items()),
-)
-"""Nodes that call services."""

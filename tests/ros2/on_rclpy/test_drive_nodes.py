@@ -21,7 +21,7 @@ LONG = """<root BTCPP_format="4"><BehaviorTree ID="errand">
   <RosAction action="fibonacci" type="test_msgs/action/Fibonacci" goal="order = 29"/>
 </BehaviorTree></root>"""
 NAVIGATE = '''"""A node like those of Nav2, for an action type that is installed."""
-from rocs_bt.ros2.nodes.nav2_servers import Nav2Motion
+from rocs_bt.ros2.nodes.nav2_actions import Nav2Motion
 
 
 class Navigate(Nav2Motion):
