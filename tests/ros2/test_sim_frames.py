@@ -7,16 +7,20 @@ from xml.etree import ElementTree as xml
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.mujoco.sensors import Gyro, Orientation, Position, WheelSpeed
+from rocs_bt.drivers.mujoco.lidar import Lidar
+from rocs_bt.drivers.mujoco.sensors import Gyro, Orientation, Position, RangeCone, WheelSpeed
 from rocs_bt.interfaces.device import Reading
+from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
+from rocs_bt.ros2.messages.topics import RANGE, SCAN
 from rocs_bt.ros2.sim.publishers import FrameOptions
 from rocs_bt.ros2.sim.wheel_odometry import WheelOdometry
 
-from .test_sim_robot import Stage, frames_of, pose_of, project  # noqa: F401 - a fixture
+from .test_sim_robot import TYPES, Stage, frames_of, pose_of, project  # noqa: F401 - a fixture
 
 PARTS = np.ix_((0, 1, 5), (0, 1, 5))  # x, y and yaw
 ROBOTS = [entry.name for entry in Catalog.here().list("robot") if not entry.name.endswith("_ros2")]
@@ -76,6 +80,35 @@ def test_the_description_of_each_robot_is_valid_and_its_links_are_the_frames(dri
     sizes = {tuple(np.round(2.0 * model.geom_aabb[geom][3:], 6)) for geom in hull}
     boxes = {tuple(np.round(2.0 * found.geom_aabb[geom][3:], 6)) for geom in range(found.ngeom)}
     assert sizes <= boxes
+
+
+def test_ranges_and_their_frames_are_those_of_the_sensors(driven):
+    frames, sensors = transforms(driven, "/tf", "/tf_static"), driven.simulation.simulated.sensors["R2"].values()
+    for sensor in (each for each in sensors if isinstance(each, (Lidar, RangeCone))):
+        if isinstance(sensor, Lidar):
+            fan, topics = (
+                sensor.fan(),
+                [topic for topic in ("/scan", f"/scan/{sensor.name}") if topic in driven.wire.qos],
+            )
+            keys, span = {"type": SCAN, "rays": fan.rays}, fan.step * (fan.rays - 1)
+            places = [(fan.x, fan.y, fan.yaw + 0.5 * span, 0.0)]
+        else:
+            keys, span, topics = {"type": RANGE}, 0.0, [f"/range/{site}" for site in sensor.parameters.sites]
+            places = [(beam.x, beam.y, beam.yaw, beam.elevation) for beam in sensor.beams()]
+        messages = [driven.last(topic) for topic in topics]
+        take = Ros2SensorParameters(topic="t", span=span, **keys).make_take(TYPES)
+        if not sensor.mount.noise:
+            assert [value for m in messages for value in take(m)] == pytest.approx(list(sensor.read().values), abs=1e-6)
+        for message, (x, y, yaw, up) in zip(messages, places, strict=True):
+            place, turn, _ = frames.pose("base_link", message.header.frame_id)
+            assert place[:2] == pytest.approx((x, y), abs=1e-6)
+            ahead = Rotation.from_quat(turn, scalar_first=True).apply([1.0, 0.0, 0.0])
+            level = math.cos(up)
+            assert ahead == pytest.approx([level * math.cos(yaw), level * math.sin(yaw), math.sin(up)], abs=1e-6)
+            limits = ("range_min", "range_max") if isinstance(sensor, Lidar) else ("min_range", "max_range")
+            assert [getattr(message, name) for name in limits] == pytest.approx(sensor.parameters.range)
+            if isinstance(sensor, RangeCone):
+                assert message.field_of_view == pytest.approx(2.0 * sensor.parameters.half_angle)
 
 
 def test_each_measured_value_has_a_variance_and_the_unmeasured_have_a_huge_one(driven):

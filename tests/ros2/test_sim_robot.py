@@ -172,46 +172,6 @@ def test_odometry_and_tf_of_ideal_sensors_are_the_truth(project):
     assert len(joints.name) == 4
 
 
-def test_a_scan_has_the_lidars_ranges_in_its_frame(project):
-    stage = Stage(project, {"R2": ("jackal", 0.0, 0.0, 0.0)})
-    stage.run(0.05)
-    scan, (*_, lidar) = stage.last("/scan"), stage.last("/tf_static").transforms
-    assert (scan.header.frame_id, lidar.header.frame_id, lidar.child_frame_id) == ("lidar", "base_link", "lidar")
-    assert len(scan.ranges) == 720
-    assert scan.angle_min == pytest.approx(math.radians(-135))
-    assert scan.angle_max == pytest.approx(math.radians(135))
-    assert scan.angle_min + 719 * scan.angle_increment == pytest.approx(scan.angle_max, abs=1e-4)
-    assert scan.range_max == pytest.approx(10.0)
-    ahead = stage.world.bounds()[2] - 0.05  # the wall's inner side
-    assert lidar.transform.translation.x + scan.ranges[360] == pytest.approx(ahead, abs=0.06)
-    # The point of each beam, through the transforms, is on a wall or the box.
-    for beam in range(0, 720, 30):
-        angle = scan.angle_min + beam * scan.angle_increment
-        x = lidar.transform.translation.x + scan.ranges[beam] * math.cos(angle)
-        y = scan.ranges[beam] * math.sin(angle)
-        assert stage.world.room(x, y) < 0.05
-
-
-def test_each_sonar_has_a_topic_and_a_frame(project):
-    stage = Stage(project, {"R2": ("pioneer_p3dx", 0.0, 0.0, 0.0)})
-    stage.run(0.05)
-    statics = {t.child_frame_id: t.transform for t in stage.last("/tf_static").transforms}
-    sensor = stage.simulation.simulated.sensors["R2"]["sonar"]
-    beams = dict(zip(sensor.parameters.sites, sensor.beams(), strict=True))
-    for site, beam in beams.items():
-        found = stage.last(f"/range/{site}")
-        pose = pose_of(statics[site].translation, statics[site].rotation)
-        assert (pose.x, pose.y) == pytest.approx((beam.x, beam.y), abs=1e-6)
-        assert math.cos(pose.yaw - beam.yaw) == pytest.approx(1.0)
-        assert found.header.frame_id == site
-        assert found.field_of_view == pytest.approx(math.radians(30))
-        assert (found.min_range, found.max_range) == pytest.approx((0.1, 1.0))
-    ranges = [stage.last(f"/range/{site}").range for site in beams]
-    assert ranges == pytest.approx(list(sensor.read().values), abs=1e-6)
-    assert math.inf in ranges
-    assert min(ranges) < 1.0
-
-
 def test_encoders_of_a_robot_without_ground_truth_are_odometry_that_begins_at_zero(project):
     stage = Stage(project, {"R2": ("summit_xl_localised", -1.5, -1.5, 0.7)})
     start = stage.world.pose("R2")
