@@ -99,7 +99,7 @@ class AgentSpec(Value):
         rules: Names of the rule files.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
-        success: What the ground truth must show for `success`.
+        success: Conditions on the ground truth for `success`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
         nodes: Dialect of a mission in XML, one of `dialects`; empty to recognise it.

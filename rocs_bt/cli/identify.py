@@ -49,8 +49,8 @@ def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool
     before = read_text(spec.file, raw=True)
     found = identify(spec, catalog)
     twists = "axes" in spec.locomotion.parameters
-    told = json.dumps(found.values(), indent=2, default=Value.values)
-    echo(told if as_json else "\n".join(_text(found, twists=twists)))
+    text = json.dumps(found.values(), indent=2, default=Value.values)
+    echo(text if as_json else "\n".join(_text(found, twists=twists)))
     measured, file = identified_text(spec, found.axes, found.wheels), spec.file.parent / IDENTIFIED
     after = _corrected(spec, before, read_identified(file, measured)) if write else before
     if not as_json and write:

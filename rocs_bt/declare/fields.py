@@ -41,7 +41,7 @@ class Wrong(NamedTuple):
     Attributes:
         key: Key at which the fault is reported; None for the table.
         message: One sentence: what was expected and what was found.
-        hint: What to do.
+        hint: Advice.
     """
 
     key: str | None

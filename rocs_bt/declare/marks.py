@@ -59,8 +59,8 @@ class Valid:
 
     Attributes:
         test: Whether a text is valid.
-        what: What it has to be, such as `a valid name`.
-        hint: What to write.
+        what: Name of a valid text, such as `a valid name`.
+        hint: Advice.
     """
 
     test: Callable[[str], bool]

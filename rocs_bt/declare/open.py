@@ -30,7 +30,7 @@ class Open(dict[str, Any]):
         return found
 
     def opened(self) -> Table:
-        """Table of the values, for one reading by those who declare its keys."""
+        """Table of the values, for one reading."""
         of = self.table
         return Table(Path(), self, (), {}) if of is None else Table(of.file, self, of.key, of.positions)
 

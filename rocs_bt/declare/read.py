@@ -45,7 +45,7 @@ def read_root(cls: type[D], root: Table, scope: Scope | None = None) -> D:
     Args:
         cls: Class of the root table.
         root: Root table.
-        scope: What is known beside it.
+        scope: Names and content that it may use.
 
     Raises:
         InputError: The document has faults; contains all of them, each with its place.
@@ -61,7 +61,7 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
     Args:
         cls: Class of the table.
         table: The table.
-        scope: What is known beside it.
+        scope: Names and content that it may use.
         kind: Kind that selected the class, for messages.
     """
     scope = scope or Scope()
@@ -96,7 +96,7 @@ def read_values(cls: type[D], values: Mapping[str, Any], owner: str) -> D:
     Args:
         cls: Class that declares them.
         values: The values; an `Open` has their places.
-        owner: What they are for, such as `the family OneGap`, for messages.
+        owner: Their owner, such as `the family OneGap`, for messages.
 
     Raises:
         InputError: Names or values are not valid; contains every fault.
@@ -160,7 +160,7 @@ class _Reading:
     Args:
         field: The field.
         table: The table.
-        scope: What is known beside the document.
+        scope: Names and content that the document may use.
         done: Values of the fields that were read before.
     """
 
