@@ -133,9 +133,6 @@ def dimension_of(unit: str) -> Any:
 
 
 ROBOT = (Path(__file__).parents[2] / "robots/pioneer_p3dx/robot.toml").read_text()
-SCENARIO = (Path(__file__).parents[2] / "scenarios/exp1.toml").read_text()
-OBJECT = '[[place]]\nname = "post"\nkind = "object"\nx = "1 m"\ny = "1 m"\nradius = "0.2 m"\n\n[[agent]]'
-SCENARIO = SCENARIO.replace("[[agent]]", OBJECT).replace('"pioneer_p3dx"', '"bot"')
 QUANTITY = re.compile(r'^(\w+) = (?:"|\{ x = "|\["|\[\[")[-+.0-9]+ [a-z/0-9]+"', re.M)
 
 
@@ -152,39 +149,17 @@ def mistaken(text: str, line: int) -> str:
 
 
 @pytest.fixture(scope="module")
-def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("units")
-    for each in ("robots/bot", "scenarios"):
-        (folder / each).mkdir(parents=True)
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("units") / "robots/bot"
+    folder.mkdir(parents=True)
     model = (Path(__file__).parents[2] / "robots/pioneer_p3dx/robot.xml").read_text()
-    (folder / "robots/bot/robot.xml").write_text(model)
-    (folder / "robots/bot/robot.toml").write_text(ROBOT)
-    (folder / "scenarios/own.toml").write_text(SCENARIO)
-    return folder
+    (folder / "robot.xml").write_text(model)
+    return folder / "robot.toml"
 
 
 @pytest.mark.parametrize("at", quantities(ROBOT))
-def test_a_wrong_unit_in_a_robot_is_one_fault_at_its_line(
-    project: Path, monkeypatch: pytest.MonkeyPatch, at: str
-) -> None:
-    monkeypatch.chdir(project)
-    refused(project, "robots/bot/robot.toml", ROBOT, at)
-
-
-@pytest.mark.parametrize("at", quantities(SCENARIO))
-def test_a_wrong_unit_in_a_scenario_is_one_fault_at_its_line(
-    project: Path, monkeypatch: pytest.MonkeyPatch, at: str
-) -> None:
-    monkeypatch.chdir(project)
-    refused(project, "scenarios/own.toml", SCENARIO, at)
-
-
-def refused(project: Path, name: str, text: str, at: str) -> None:
-    line, key = int(at.split()[0]), at.split()[1]
-    file = project / name
-    file.write_text(mistaken(text, line))
-    try:
-        faults = [fault for fault in check_content([Path(name)]).faults if not fault.warning]
-    finally:
-        file.write_text(text)
-    assert [fault.line for fault in faults] == [line], (key, list(map(str, faults)))
+def test_a_wrong_unit_in_a_robot_is_one_fault_at_its_line(robot: Path, at: str) -> None:
+    line = int(at.split()[0])
+    robot.write_text(mistaken(ROBOT, line))
+    faults = [fault for fault in check_content([robot]).faults if not fault.warning]
+    assert [fault.line for fault in faults] == [line], (at, list(map(str, faults)))
