@@ -7,15 +7,15 @@ from typing import Any
 
 from ..base.errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
 from ..base.geometry import Pose2
-from ..base.parameter import Parameter, read_arguments
 from ..base.toml_table import Table
-from ..base.units import ANGLE, LENGTH, Bounds
+from ..base.units import Bounds, Metres, Radians
 from ..catalog import FactSpec, PlaceSpec
-from ..declare import positions_of
+from ..declare import MISSING, Field, Keys, Scope, Value, read_fields, read_key
 from ..knowledge import Attribute, Knowledge, Schema
 
 TO, BOTH_WAYS = "to", "both_ways"
-POSE = ("x", "y", "yaw")
+_BOTH = Field(BOTH_WAYS, BOTH_WAYS, bool, (), False, "", Value)
+_POSE = ("x", "y", "yaw")
 
 
 def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
@@ -42,16 +42,33 @@ def read_attributes(place: PlaceSpec, schema: Schema) -> dict[str, Any]:
         InputError: An attribute is unknown, or a value has another type or unit; the error lists all faults, without
             the scenario's file.
     """
-    declared = {name: _parameter(name, of) for name, of in schema.kinds[place.kind].attributes.items()}
-    what, positions = f"the {place.kind} '{place.name}'", positions_of(place.attributes)
-    return read_arguments(declared, place.attributes, what, positions=positions)
+    declared = [_field(name, of) for name, of in schema.kinds[place.kind].attributes.items()]
+    return read_fields(declared, place.attributes, f"the {place.kind} '{place.name}'")
 
 
-def _parameter(name: str, attribute: Attribute) -> Parameter:
-    """Declaration of an attribute as a parameter; the graph checks its bounds."""
-    kind = tuple[float, ...] if attribute.type is tuple else attribute.type
-    dimension = attribute.dimensions[0] if attribute.type in (float, tuple) else None
-    return Parameter(name, kind, dimension, False, None, Bounds(infinite=True))
+class _Pose(Value):
+    """Keys x, y and yaw of an attribute that is a pose."""
+
+    x: Metres
+    y: Metres
+    yaw: Radians = 0.0
+
+    @classmethod
+    def prepare(cls, table: Table, scope: Scope) -> None:
+        for extra in sorted({*table.data} - {*_POSE}):
+            hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, _POSE, "It")
+            table.fault(None, f"a pose has no '{extra}'.", hint)
+
+    def made(self) -> Pose2:
+        return Pose2(self.x, self.y, self.yaw)
+
+
+def _field(name: str, attribute: Attribute) -> Field:
+    """Declaration of an attribute; the graph checks its bounds."""
+    many = "list" if attribute.type is tuple else ""
+    hint = float if many else attribute.type
+    marks = (Keys(_Pose),) if hint is Pose2 else (attribute.dimensions[0], Bounds(infinite=True))
+    return Field(name, name, hint, marks, MISSING, many, Value)
 
 
 def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
@@ -104,7 +121,7 @@ class _FactWriter:
             if key not in declared and key not in graph.schema.relations:
                 names = [*declared, *_relations_of(kind, graph.schema)]
                 table.fault(key, f"a {kind} has no attribute and no relation '{key}'.", did_you_mean(key, names, "It"))
-        values = {key: _value(table, key, declared[key]) for key in self._keys if key in declared}
+        values = {key: read_key(_field(key, declared[key]), table) for key in self._keys if key in declared}
         try:
             if fact.kind:
                 graph.add(fact.node, fact.kind, **values)
@@ -131,7 +148,7 @@ class _FactWriter:
         return self._graph.kind(self._fact.node)
 
     def _targets(self, relation: str) -> list[Any]:
-        value = self._table.raw(relation)
+        value = self._table.data[relation]
         return value if isinstance(value, list) else [value]
 
     def _edge(self, relation: str, number: int, value: Any) -> None:
@@ -149,9 +166,9 @@ class _FactWriter:
                 table.fault(relation, f"{relation} has no attribute '{key}'.", did_you_mean(key, declared, "It"))
         if value[TO] in self._named and not self._graph.has(value[TO]):
             return  # the fault of that fact is already reported
-        values = {key: _value(edge, key, declared[key]) for key in value if key in declared}
+        values = {key: read_key(_field(key, declared[key]), edge) for key in value if key in declared}
         directions = [(source, value[TO]), (value[TO], source)]
-        for a, b in directions if edge.flag(BOTH_WAYS, False) else directions[:1]:
+        for a, b in directions if read_key(_BOTH, edge) else directions[:1]:
             try:
                 self._graph.relate(a, relation, b, **values)
             except KnowledgeError as error:
@@ -162,19 +179,3 @@ class _FactWriter:
 def _relations_of(kind: str, schema: Schema) -> list[str]:
     """Names of the relations that may start at a node of a kind."""
     return [r.name for r in schema.relations.values() if any(schema.is_a(kind, source) for source in r.sources)]
-
-
-def _value(table: Table, key: str, attribute: Attribute) -> Any:
-    """Convert a value of the fact to the type that the schema declares; a wrong value is recorded as a fault."""
-    dimension = attribute.dimensions[0]
-    if attribute.type is float:
-        return table.quantity(key, dimension, high=float("inf"))
-    if attribute.type is tuple:
-        return tuple(table.quantities(key, dimension))
-    if attribute.type is Pose2:
-        pose = table.table(key)
-        for extra in sorted({*pose.keys()} - {*POSE}):
-            hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, POSE, "It")
-            table.fault(key, f"a pose has no '{extra}'.", hint)
-        return Pose2(pose.quantity("x", LENGTH), pose.quantity("y", LENGTH), pose.quantity("yaw", ANGLE, 0.0))
-    return table.raw(key)  # the graph checks the type

@@ -1,6 +1,6 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
-from .fields import Declared, Field, Scope, Value, Wrong, fields_of
+from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of
 from .marks import (
     Content,
     InFile,
@@ -17,9 +17,10 @@ from .marks import (
     Word,
 )
 from .open import Open, Place, place_of, positions_of
-from .read import names_of, note_twice, read, read_root, read_value, read_values, rows_in
+from .read import names_of, note_twice, read, read_fields, read_key, read_root, read_value, read_values, rows_in
 
 __all__ = [
+    "MISSING",
     "Content",
     "Declared",
     "Field",
@@ -46,6 +47,8 @@ __all__ = [
     "place_of",
     "positions_of",
     "read",
+    "read_fields",
+    "read_key",
     "read_root",
     "read_value",
     "read_values",

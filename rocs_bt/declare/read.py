@@ -101,16 +101,38 @@ def read_values(cls: type[D], values: Mapping[str, Any], owner: str) -> D:
     Raises:
         InputError: Names or values are not valid; contains every fault.
     """
-    source = values.table if isinstance(values, Open) else None
-    table = Open.of(source, values).opened() if source is not None else Table(Path(), dict(values), (), {})
+    table = _opened(values)
     made = read(cls, table, kind=Kind(owner, Declared))
-    start, known = f"{owner[:1].upper()}{owner[1:]}", [each.key for each in fields_of(cls)]
+    _refuse(table, values, owner, fields_of(cls))
+    return made
+
+
+def read_fields(fields: Iterable[Field], values: Mapping[str, Any], owner: str) -> dict[str, Any]:
+    """Those of some fields that have a value, by name; arguments and errors as those of `read_values`."""
+    table, known = _opened(values), list(fields)
+    found = {each.name: read_key(each, table) for each in known if each.key in table}
+    _refuse(table, values, owner, known)
+    return found
+
+
+def read_key(each: Field, table: Table) -> Any:
+    """Value of one field of a table; its faults are noted there."""
+    return _Reading(each, table, Scope(), {}).value(None)
+
+
+def _opened(values: Mapping[str, Any]) -> Table:
+    return (values if isinstance(values, Open) else Open(values)).opened()
+
+
+def _refuse(table: Table, values: Mapping[str, Any], owner: str, fields: Iterable[Field]) -> None:
+    """Raise the faults of values, and of names that no field has."""
+    start, known = f"{owner[:1].upper()}{owner[1:]}", [each.key for each in fields]
     for name in values:
         if name not in table.known:
             table.adopt(name, InputError(unknown("parameter", name, known, start)))
     if table.faults:
-        raise InputError(*(fault if source else replace(fault, file=None) for fault in table.faults))
-    return made
+        has_file = isinstance(values, Open) and values.table is not None
+        raise InputError(*(fault if has_file else replace(fault, file=None) for fault in table.faults))
 
 
 def read_value(each: Field, value: object) -> Any:
@@ -119,11 +141,7 @@ def read_value(each: Field, value: object) -> Any:
     Raises:
         InputError: The value is not valid.
     """
-    table = Table(Path(), {each.key: value}, (), {})
-    found = _Reading(each, table, Scope(), {}).value(None)
-    if table.faults:
-        raise InputError(*(replace(fault, file=None) for fault in table.faults))
-    return found
+    return read_fields([each], {each.key: value}, each.name)[each.name]
 
 
 def rows_in(table: Table, key: str) -> list[dict[str, Any]]:
@@ -283,7 +301,7 @@ class _Reading:
             return self._text(value, key)
         if each.hint is int:
             return self._integer(value, table, key)
-        return value if isinstance(value, each.hint) else self._wrong(each.words, value)
+        return value if each.hint is not bool or isinstance(value, bool) else self._wrong(each.words, value)
 
     def _table(self, child: Table) -> Any:
         each = self.field
