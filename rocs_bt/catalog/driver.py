@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RegisteredDriver:
-    """Driver whose registered name a robot.toml gives as `driver`.
+    """Driver with a registered name, which a robot.toml gives as `driver`.
 
     Attributes:
-        title: What it uses, in messages, such as `ROS 2`.
+        title: Name of its system in messages, such as `ROS 2`.
         keys: Class of the device's keys, for `sensor` and `actuator`; one without devices of a kind lacks it.
         sensor: Makes a sensor that is read at a rate.
         actuator: Maker of an actuator; of an isolated one (True) it is called in a process of its own.

@@ -173,14 +173,7 @@ def _in_order(cls: Any) -> list[Field]:
 
 
 class _Reading:
-    """Reading of one field of a table.
-
-    Args:
-        field: The field.
-        table: The table.
-        scope: Names and content that the document may use.
-        done: Values of the fields that were read before.
-    """
+    """Reading of one field of a table."""
 
     def __init__(self, each: Field, table: Table, scope: Scope, done: Mapping[str, Any]) -> None:
         self.field, self.table, self.scope, self.done = each, table, scope, done

@@ -19,10 +19,6 @@ NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n
 
 
 def nav2_nodes(distribution: str) -> Registry:
-    """Nodes as in Nav2 of a distribution of ROS 2.
-
-    Args:
-        distribution: One of `DISTRIBUTIONS`.
-    """
+    """Nodes as in Nav2 of a distribution of ROS 2, one of `DISTRIBUTIONS`."""
     changed = {node.tag: node for node in CHANGED.get(distribution, ())}
     return Registry([changed.get(tag, node) for tag, node in NAV2.items()])

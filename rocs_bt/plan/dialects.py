@@ -60,11 +60,6 @@ def dialect_in(document: Document, declared: str = "", defined: Defined = lambda
 
     A dialect without a distribution gets the one that a model of the document names, if any.
 
-    Args:
-        document: The document.
-        declared: Dialect that a scenario, a planner or the user names; empty for none.
-        defined: Function from names of node classes to those that the project defines.
-
     Raises:
         InputError: The document names an unknown distribution.
     """

@@ -22,10 +22,6 @@ _REMEMBERED = 1024  # how many message numbers are remembered for each sender, t
 class Messenger:
     """Sends and receives the text messages of one agent, as `interfaces.message.Messenger`.
 
-    Args:
-        agent: Name of the agent.
-        others: Returns the names of all agents that are present.
-
     Attributes:
         message_queue: Queue of received messages; None if the robot has no mailbox.
     """

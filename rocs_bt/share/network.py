@@ -110,10 +110,6 @@ class SimulatedNetwork:
         now: Returns the simulated time [s].
         rng: Generator of losses and delays.
         impairments: Losses and delays; may be changed at any time.
-
-    Attributes:
-        impairments: Losses and delays.
-        sent: Number of frames sent, counted for each receiver.
     """
 
     def __init__(

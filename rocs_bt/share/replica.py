@@ -148,17 +148,10 @@ class Replica:
         return True
 
     def learn(self, seen: Mapping[str, int], here: Collection[str] = ()) -> list[str]:
-        """Record writes as seen: they have been received, or later writes have superseded them.
+        """Record writes as seen, because received or superseded; returns origins with writes that are new.
 
         If the names of the origins take too much space, the oldest absent origins are forgotten. Their entries stay,
         but peers may then send these again.
-
-        Args:
-            seen: Number of the newest seen write, by origin.
-            here: Origins that are present.
-
-        Returns:
-            Origins of which a write is recorded that had not been seen before.
         """
         advanced = [origin for origin, number in seen.items() if number > self.seen.get(origin, 0)]
         for origin in advanced:
@@ -172,19 +165,11 @@ class Replica:
         return advanced
 
     def lacks(self, seen: Mapping[str, int]) -> bool:
-        """Whether a peer has seen a write that this replica lacks.
-
-        Args:
-            seen: Number of the newest write that the peer has seen, by origin.
-        """
+        """Whether a peer has seen a write that this replica lacks, given its newest seen write by origin."""
         return any(number > self.seen.get(origin, 0) for origin, number in seen.items())
 
     def missing(self, seen: Mapping[str, int]) -> list[Entry]:
-        """Entries of this replica that a peer may lack, in the order of their stamps.
-
-        Args:
-            seen: Number of the newest write that the peer has seen, by origin.
-        """
+        """Entries that a peer may lack, given its newest seen write by origin, in the order of stamps."""
         found = [entry for entry in self.entries.values() if entry.number > seen.get(entry.origin, 0)]
         return sorted(found, key=lambda entry: (entry.stamp, entry.origin, entry.number))
 
@@ -192,9 +177,6 @@ class Replica:
         """Delete the entries of removals that every peer has seen; returns the number of deleted entries.
 
         A removal must stay until then: a peer that has not seen it would send the old value, which would win again.
-
-        Args:
-            stable: Number of the newest write that every peer has seen, by origin.
         """
         gone = [k for k, e in self.entries.items() if e.value is None and e.number <= stable.get(e.origin, 0)]
         for key in gone:

@@ -81,13 +81,6 @@ class Sharing:
         key: Secret of the group, which authenticates messages.
         ageing: Expiry of the knowledge from vanished peers.
         gap: Minimum time between two turns [s].
-
-    Attributes:
-        clock: Calendar time of the group, which stamps writes.
-        counts: Counts of sent, merged and rejected data.
-        messenger: Sends and receives text messages.
-        replica: Replica of the shared knowledge.
-        awake: Set when there is work to do.
     """
 
     def __init__(

@@ -84,11 +84,7 @@ class Link:
         return pose_of(self.origin)
 
     def pose(self, positions: Sequence[float]) -> Pose3:
-        """Pose in the frame of the parent.
-
-        Args:
-            positions: MuJoCo's position vector.
-        """
+        """Pose in the frame of the parent."""
         if self.joint is None:
             return self.rest
         return pose_of(self.origin @ _moved(self.joint, positions[self.joint.address]))

@@ -60,7 +60,7 @@ def replay_bag_file(
     rate: float,
     no_code: bool,
 ) -> None:
-    """Replay rules on the topics of a bag, and print what they would have done; `rocs-bt replay --bag`."""
+    """Replay rules on the topics of a bag, and print the reflexes that fire; `rocs-bt replay --bag`."""
     from ...cli.rules import replay_rules_on
     from .replay import replay_bag
 
