@@ -10,6 +10,9 @@ from collections.abc import Sequence
 
 import msgspec
 
+NOTABLE_AHEAD = 0.05
+"""Time by which stamps are in the future from which clocks are reported [s]."""
+
 
 class Reading(msgspec.Struct, frozen=True):
     """Reading of a sensor: values with a time stamp.
@@ -41,6 +44,11 @@ class Sensor(ABC):
         Raises:
             DeviceError: The device has no sample. The signals of the sensor then become stale, and thus invalid.
         """
+
+    @property
+    def clock_ahead(self) -> float:
+        """Time by which the clock of the newest stamp is ahead of that of this computer [s]; 0 if it is unknown."""
+        return 0.0
 
     def close(self) -> None:
         """Release the resources of the device; called once at the end."""

@@ -23,9 +23,9 @@ from ..drivers.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..simulation.outcome import Judge
 from .build_agents import build_agents
-from .clock_watch import ClockWatch
 from .episode import brake
 from .hardware_devices import HardwareDevices, hardware_clock
+from .hardware_services import WatchedClock
 from .options import RunOptions
 from .preflight import Preflight, preflight_sensors
 
@@ -68,7 +68,9 @@ class HardwareStage:
         self._stuck: set[str] = set()
         self._devices = HardwareDevices(self.clock, self._period, sink, options)
         self.agents = self._build(catalog, stack)
-        self._watch = ClockWatch(self.clock, self._devices.gates, options.notice)
+        self._check_clock: Callable[[float], None] = lambda limit: None
+        if isinstance(self.clock, WatchedClock):
+            self._check_clock = self.clock.watch(self._devices.gates, self.robots.values(), options.notice)
 
     def _build(self, catalog: Catalog, stack: ExitStack) -> list[Agent]:
         """Open the devices and build the agents; the stack closes both."""
@@ -94,7 +96,6 @@ class HardwareStage:
         preflight = Preflight(
             [*sensors, *devices.topics], self.clock, self._period, wait=options.wait, show=options.preflight
         )
-        self._watch.report_isolation(self.robots.values())
         ready = preflight.run(ended, partial(self._poll, limit=options.wait))
         self.start = self.clock.now()
         self.judges = {agent.name: Judge(end_on_stuck=False, start=self.start) for agent in self.agents}
@@ -154,12 +155,12 @@ class HardwareStage:
         Returns:
             Reason for which a robot must not move; empty if all robots may.
         """
-        self._watch.check(limit)
+        self._check_clock(limit)
         stops, go = self._devices.stops.values(), self._options.go
         for stop in stops:
             stop.ready = ready
-        for topic in self._devices.watches:
-            topic.poll()
+        for service in self._devices.services:
+            service.poll()
         if go is not None and go():  # called in each period, so that no old answer is kept
             for stop in stops:
                 stop.go("the terminal")

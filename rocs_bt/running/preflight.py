@@ -16,13 +16,8 @@ from ..base.errors import DeviceError, interrupts
 from ..base.raised import Raised
 from ..base.words import counted
 from ..catalog import RobotSpec, SensorSpec
-from ..drivers import ROS2, read_parameters
-from ..interfaces.device import Sensor
-from ..ros2.devices.parameters import Ros2ActuatorParameters
-from ..ros2.devices.sensor_node import SensorNode
-from ..ros2.devices.stop_topics import STOP_QOS, STOP_TYPE
-from ..ros2.network.matching import FIXED, OwnEndpoint
-from ..ros2.network.node import NOTABLE_AHEAD, RosNode
+from ..drivers import ROS2
+from ..interfaces.device import NOTABLE_AHEAD, Sensor
 from .signal_sources import signal_monitors, signals_read
 
 OBSERVED = 0.5
@@ -118,7 +113,7 @@ class PreflightSensor:
             now: Function that returns the present time on the clock of the stamps [s].
         """
         age, size, problem = self._read(now)
-        ahead = self._sensor.ahead if isinstance(self._sensor, SensorNode) else 0.0
+        ahead = self._sensor.clock_ahead
         span = self._stamps[-1] - self._stamps[0] if len(self._stamps) > 1 else 0.0
         return msgspec.structs.replace(
             self._known,
@@ -151,7 +146,7 @@ class PreflightSensor:
 
 
 class PreflightTopic:
-    """Topic of ROS 2 that needs a node at the other side: one for commands, or of an emergency stop."""
+    """Topic that needs a node at the other side: one for commands, or of an emergency stop."""
 
     def __init__(self, known: SensorState, look: Callable[[], tuple[int, str]]) -> None:
         self._look = look
@@ -165,33 +160,6 @@ class PreflightTopic:
             size, problem = self._look()
             self._found = msgspec.structs.replace(self._found, size=size, problem=problem)
         return self._found
-
-
-def preflight_topics(agent: str, robot: RobotSpec, node: RosNode, *, dry_run: bool) -> list[PreflightTopic]:
-    """Topics of a robot that need a node at the other side: those of its commands and of its emergency stop."""
-    settings = node.settings
-    needs = [
-        (spec.name, OwnEndpoint(settings.topic(given.topic), given.type, given.qos, publishes=True), "commands")
-        for spec in robot.actuators
-        if spec.driver == ROS2
-        for given in [read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")]
-    ]
-    if stop := settings.emergency_stop:
-        endpoint = OwnEndpoint(settings.topic(stop), STOP_TYPE, STOP_QOS, side=FIXED)
-        needs.append(("emergency_stop", endpoint, "emergency stop"))
-    found = []
-    for name, endpoint, use in needs:
-        known = SensorState(
-            agent=agent,
-            sensor=name,
-            driver=ROS2,
-            source=endpoint.topic,
-            needed_for=(use,),
-            optional=dry_run,
-            matched=True,
-        )
-        found.append(PreflightTopic(known, partial(node.counterparts, endpoint)))
-    return found
 
 
 class Preflight:

@@ -181,7 +181,7 @@ def test_a_stamp_in_the_future_by_more_than_the_validity_is_the_reason_of_the_si
             pose.read()
     network.send("/r1/odom", ODOMETRY, age=0.1 - ahead, **odometry(2.0))
     assert pose.read().stamp == pytest.approx(100.0)
-    assert pose.ahead == pytest.approx(ahead - 0.1)
+    assert pose.clock_ahead == pytest.approx(ahead - 0.1)
 
 
 @pytest.mark.parametrize(("ahead", "shown"), [(0.04, False), (0.1, True)])

@@ -12,12 +12,12 @@ import pytest
 from rocs_bt import ListSink, drive
 from rocs_bt.base.errors import DeviceError
 from rocs_bt.event import MotionHeld
+from rocs_bt.ros2 import service
 from rocs_bt.ros2.messages import fields as messages
 from rocs_bt.ros2.messages.message_types import MessageTypes
-from rocs_bt.ros2.network import node
+from rocs_bt.ros2.network import clock_watch, node
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint
-from rocs_bt.running import clock_watch, hardware_devices
 
 from .exp1 import ROBOT, write_project
 from .network import Network
@@ -103,7 +103,7 @@ class Drive(threading.Thread):
 @pytest.fixture
 def simulator(monkeypatch):
     simulator = Simulator()
-    for module in (node, hardware_devices):
+    for module in (node, service):
         monkeypatch.setattr(module, "open_transport", lambda *_: simulator.network)
     monkeypatch.setattr(clock_watch, "PATIENCE", STOPPED)
     simulator.start()

@@ -31,9 +31,6 @@ class SensorNode(Sensor):
         scale: Factor from the unit of the values to SI.
         max_age: Validity of a reading [s]; a stamp further in the future is a fault, too.
 
-    Attributes:
-        ahead: Time by which the newest stamp was in the future [s]: offset of the publisher's clock.
-
     Raises:
         InputError: The message type is unknown, or lacks a field.
         DeviceError: The network refuses the subscription.
@@ -61,7 +58,7 @@ class SensorNode(Sensor):
         self._qos = parameters.qos
 
     @property
-    def ahead(self) -> float:
+    def clock_ahead(self) -> float:
         return max(each.ahead for each in self._stamps)
 
     @property

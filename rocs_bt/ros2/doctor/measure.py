@@ -13,6 +13,7 @@ from ...base.clock import WallClock
 from ...base.errors import DeviceError, located_at
 from ...catalog import RobotSpec
 from ...drivers import ROS2, read_parameters
+from ...interfaces.device import NOTABLE_AHEAD
 from ..devices.actuator_node import NODE as RUN
 from ..devices.actuator_node import isolated_node
 from ..devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
@@ -20,7 +21,7 @@ from ..messages.takes import Take
 from ..messages.topics import TRANSFORMS
 from ..network.connect import open_transport
 from ..network.matching import OwnEndpoint
-from ..network.node import MAX_AHEAD, NOTABLE_AHEAD, RosNode, header_stamp
+from ..network.node import MAX_AHEAD, RosNode, header_stamp
 from ..network.qos import QoS
 from ..network.transport import Endpoint, Reader, Sample
 from ..settings import Ros2Settings

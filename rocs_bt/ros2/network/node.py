@@ -28,9 +28,6 @@ REST = 20.0
 MAX_AHEAD = 0.5
 """Time by which a stamp may at most be in the future before the message counts as faulty [s]."""
 
-NOTABLE_AHEAD = 0.05
-"""Time by which stamps are in the future from which clocks are reported [s]."""
-
 
 class RosNode:
     """Connection of one robot to ROS 2.

@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
-from ..base.clock import WallClock
-from ..base.errors import ActuatorError, DeviceError
-from ..catalog import RobotSpec
-from ..interfaces.safety import SafetyGate
-from ..ros2.network.sim_clock import SimTimeClock
+from ...base.errors import ActuatorError, DeviceError
+from ...catalog import RobotSpec
+from ...interfaces.safety import SafetyGate
+from .sim_clock import SimTimeClock
 
 PATIENCE = 5.0
 """Wall time without a new time of the simulator until the notice [s]."""
@@ -19,7 +18,7 @@ _INTERVALS = 5  # messages of the simulator that must be missing before a gate g
 
 
 class ClockWatch:
-    """Watch of the clock of a run; without effect on a wall clock.
+    """Watch of a simulator's clock.
 
     The watchdogs of the gates follow the clock of the run, so they stop with it. The watch therefore sends moving
     gates to neutral by wall time.
@@ -30,8 +29,8 @@ class ClockWatch:
         notice: Function that is called with each notice; None for none.
     """
 
-    def __init__(self, clock: WallClock, gates: Iterable[SafetyGate], notice: Callable[[str], None] | None) -> None:
-        self._clock = clock if isinstance(clock, SimTimeClock) else None
+    def __init__(self, clock: SimTimeClock, gates: Iterable[SafetyGate], notice: Callable[[str], None] | None) -> None:
+        self._clock = clock
         self._gates = list(gates)
         self._notice = notice or (lambda text: None)
         self._stopped = False
@@ -39,7 +38,7 @@ class ClockWatch:
     def report_isolation(self, robots: Iterable[RobotSpec]) -> None:
         """Give notice of the isolated actuators, which cannot follow a simulator's clock in processes of their own."""
         names = [f"{robot.name}/{each.name}" for robot in robots for each in robot.actuators if each.isolated]
-        if names and self._clock is not None:
+        if names:
             self._notice(f"use_sim_time: isolated = true has no effect on {', '.join(names)}.")
 
     def check(self, limit: float = math.inf) -> None:
@@ -51,8 +50,6 @@ class ClockWatch:
         Raises:
             DeviceError: The simulator was restarted, or its time has stopped for the limit.
         """
-        if self._clock is None:
-            return
         self._clock.check()
         age = self._clock.stopped_for
         for gate in self._gates:
@@ -66,3 +63,15 @@ class ClockWatch:
             self._stopped = stopped
             still = f"no new time on /clock for {PATIENCE:g} s: the run waits for the simulator; Ctrl-C ends it."
             self._notice(still if stopped else "/clock goes on: the run continues.")
+
+
+class RunClock(SimTimeClock):
+    """Clock of a run that a simulator sets; see `running.hardware_services.WatchedClock`."""
+
+    def watch(
+        self, gates: Iterable[SafetyGate], robots: Iterable[RobotSpec], notice: Callable[[str], None] | None
+    ) -> Callable[[float], None]:
+        """Function that checks the clock, with the wall time [s] that it may stop until a DeviceError."""
+        watch = ClockWatch(self, gates, notice)
+        watch.report_isolation(robots)
+        return watch.check
