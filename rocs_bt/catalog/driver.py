@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
+from ..base.errors import InputError
 from ..base.registered import load, registered
 
 if TYPE_CHECKING:
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
     from ..drivers.isolated import ActuatorMaker
     from ..interfaces.device import Sensor
     from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
+
+
+def _none(*place: object) -> NoReturn:
+    raise InputError("the driver has no device of this kind.")  # its keys are refused before
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,8 @@ class RegisteredDriver:
 
     title: str
     keys: Mapping[str, type]
-    sensor: Callable[[RobotSpec, SensorSpec, Host, Rate], Sensor]
-    actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker]
+    sensor: Callable[[RobotSpec, SensorSpec, Host, Rate], Sensor] = _none
+    actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker] = _none
 
 
 def registered_driver(name: str) -> RegisteredDriver | None:

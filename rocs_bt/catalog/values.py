@@ -12,12 +12,13 @@ from typing import Any
 from ..base.errors import InputError, did_you_mean
 from ..base.parameter import Parameter, Positions, field_parameters
 from ..base.python_content import is_reference
+from ..base.registered import registered
 from ..base.toml_table import Table
 from ..base.units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
 from ..declare import Open, positions_of
-from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, read_parameters
+from ..drivers import DRIVER_PARAMETERS, Ros2Settings, declared_parameters, read_parameters
 from ..knowledge.declaration import is_name
 from .inherit import DEVICE_KEYS
 
@@ -115,7 +116,7 @@ def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, A
     declared = declared_parameters(driver, kind)
     if declared is None:
         if driver:
-            hint = did_you_mean(driver, (*DRIVER_PARAMETERS, ROS2), "rocs_bt")
+            hint = did_you_mean(driver, (*DRIVER_PARAMETERS, *registered("rocs_bt.devices")), "rocs_bt")
             table.fault(
                 "driver", f"no driver is named '{driver}'.", hint.and_also("Or name your own: 'file.py:Class'.")
             )
