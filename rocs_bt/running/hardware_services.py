@@ -34,7 +34,7 @@ class RobotService(Protocol):
     """Service of one robot.
 
     Attributes:
-        link: What nodes of missions find in `services` under the service's name.
+        link: Object that nodes of missions find in `services`, under the name of the service.
         topics: Topics that must have a node at the other side before the robot starts.
     """
 
