@@ -27,8 +27,9 @@ from rocs_bt.base.errors import DeviceError
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.interfaces.device import Reading
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
-from rocs_bt.ros2.devices.parameters import SCAN, TWIST, Ros2ActuatorParameters, Ros2SensorParameters
+from rocs_bt.ros2.devices.parameters import TWIST, Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.ros2.devices.sensor_node import SensorNode
+from rocs_bt.ros2.messages.topics import SCAN
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.settings import Ros2Settings
 
