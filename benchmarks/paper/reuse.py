@@ -29,6 +29,8 @@ from rocs_bt.catalog import (
 )
 from rocs_bt.event import EventSink, NullSink
 from rocs_bt.interfaces.device import Actuator, Sensor
+from rocs_bt.ros2.devices.actuator_node import ActuatorNode
+from rocs_bt.ros2.devices.sensor_node import SensorNode
 from rocs_bt.running.build_agents import build_agents, load_controller
 from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation.devices import hardware_driver, on_hardware
@@ -232,16 +234,22 @@ def _counterpart(
 
 def _unopened_sensor(catalog: Catalog, robot: RobotSpec, spec: SensorSpec) -> Sensor:
     """Sensor on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
-    made: Sensor = _unopened(hardware_driver(catalog, robot, spec).make, "read", "close")
+    made: Sensor = _unopened(_device_class(catalog, robot, spec, SensorNode), "read", "close")
     Sensor.__init__(made, spec.name)
     return made
 
 
 def _unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
     """Actuator on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
-    made: Actuator = _unopened(hardware_driver(catalog, robot, spec).make, "command", "neutral", "close")
+    made: Actuator = _unopened(_device_class(catalog, robot, spec, ActuatorNode), "command", "neutral", "close")
     Actuator.__init__(made, spec.name, command_size(robot, spec))
     return made
+
+
+def _device_class(catalog: Catalog, robot: RobotSpec, spec: SensorSpec | ActuatorSpec, ros2: type) -> Any:
+    """Class of a device; `ros2` for the registered driver."""
+    make = hardware_driver(catalog, robot, spec).make
+    return ros2 if isinstance(make, str) else make
 
 
 def _unopened(cls: Any, *names: str) -> Any:
