@@ -181,19 +181,13 @@ def test_a_scan_from_0_to_360_degrees_is_turned_to_the_rays_around_the_robot():
     assert min(found) == 0.5
 
 
-def test_ranges_outside_of_the_limits():
-    assert scan([0.05, 0.0, 11.0, math.inf, math.nan], -0.2, 0.1, 5, 0.4) == pytest.approx(
-        [0.1, 0.1, math.inf, math.inf, math.nan], nan_ok=True
-    )
-
-
 @pytest.mark.parametrize("zero", ["minimum", "no_echo", "invalid"])
 @pytest.mark.parametrize("nan", ["no_echo", "invalid"])
 def test_ranges_of_0_and_nan_mean_what_robot_toml_says(zero, nan):
-    ranges, meaning = [0.5, 0.0, math.nan, 9.0], {"minimum": 0.1, "no_echo": math.inf, "invalid": math.nan}
-    expected = [0.5, meaning[zero], meaning[nan], math.inf]
-    fields = {"angle_min": -0.15, "angle_increment": 0.1, "ranges": ranges, "range_min": 0.1, "range_max": 5.0}
-    found = take(SCAN, fields, zero=zero, nan=nan, rays=4, span=0.3)
+    ranges, meaning = [0.5, 0.0, math.nan, 9.0, 0.05], {"minimum": 0.1, "no_echo": math.inf, "invalid": math.nan}
+    expected = [0.5, meaning[zero], meaning[nan], math.inf, 0.1]
+    fields = {"angle_min": -0.2, "angle_increment": 0.1, "ranges": ranges, "range_min": 0.1, "range_max": 5.0}
+    found = take(SCAN, fields, zero=zero, nan=nan, rays=5, span=0.4)
     single = [{"range": value, "min_range": 0.1, "max_range": 5.0} for value in ranges]
     for each in (found, [take("sensor_msgs/msg/Range", fields, zero=zero, nan=nan)[0] for fields in single]):
         assert each == pytest.approx(expected, nan_ok=True)
