@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 import shutil
@@ -16,6 +15,7 @@ from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog, content_hash, robot_locomotion
 from rocs_bt.check import Findings, check_content
 from rocs_bt.cli.main import call
+from rocs_bt.declare import Value
 from rocs_bt.simulation.identified_file import identified_path, model_hash, read_identified
 from rocs_bt.simulation.identify import Identified, identify
 
@@ -137,7 +137,7 @@ def test_the_command_tells_people_and_programs_the_same_and_writes_the_file(
     file.unlink()
     assert call(["identify", str(rover), "--json", "--dry-run"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert {**told, "robot": QUICK} == json.loads(json.dumps(dataclasses.asdict(found(QUICK))))
+    assert {**told, "robot": QUICK} == json.loads(json.dumps(found(QUICK).values(), default=Value.values))
     assert not file.exists()
     assert call(["identify", str(rover)]) == 0
     text = capsys.readouterr().out
