@@ -43,14 +43,15 @@ from rocs_bt.declare import (
     positions_of,
     read,
     read_root,
+    read_values,
 )
 
 
 class Device(Declared):
     name: str
     driver: str
+    noise: Annotated[float, InUnit("unit"), Bounds(0.0)] = 0.0  # before its unit, and read after it
     unit: str = "1"
-    noise: Annotated[float, InUnit("unit"), Bounds(0.0)] = 0.0
 
 
 class Beam(Device):
@@ -61,6 +62,7 @@ class Beam(Device):
 
 class Own(Device):
     parameters: Annotated[Open, Rest()] = Open()
+    gain: float = 1.0  # no parameter, though it is declared after them
 
 
 def drivers() -> dict[str, type[Declared]]:
@@ -217,6 +219,7 @@ angles = ["90 deg", "0 rad"]
 name = "mine"
 driver = "parts.py:Mine"
 reach = "any"
+gain = 2
 [device.more]
 deep = 3
 """
@@ -243,9 +246,10 @@ def test_a_document_becomes_an_object_in_si_units(tmp_path: Path) -> None:
     assert made.pair == (1.0, 1.0)
     assert (eye.noise, eye.rays, eye.reach, eye.angles) == (0.02, 3, 2.0, (math.pi / 2.0, 0.0))
     assert isinstance(mine, Own)
+    assert mine.gain == 2.0
     assert mine.parameters == {"reach": "any", "more": {"deep": 3}}
     assert place_of(mine.parameters, "reach") == (tmp_path / "whole.toml", 16, 1)
-    assert positions_of(mine.parameters) == {"reach": (16, 1), "more": (17, 1), "more.deep": (18, 1)}
+    assert positions_of(mine.parameters) == {"reach": (16, 1), "more": (18, 1), "more.deep": (19, 1)}
     assert (eye.line, mine.line, mine.place("driver")[1:]) == (6, 13, (15, 1))
     assert made.replaced(doc="x").line == made.line
 
@@ -285,6 +289,21 @@ def test_a_kind_says_what_it_needs_and_a_misspelt_key_what_was_meant(tmp_path: P
     found = of(GOOD.replace('"beam"', '"beem"'), tmp_path)[1]
     assert [f.message for f in found] == ["no driver is named 'beem'."]
     assert "Did you mean 'beam'?" in found[0].hint
+
+
+def test_values_that_no_file_contains_have_faults_without_a_place() -> None:
+    good = {"name": "eye", "driver": "beam", "rays": 2, "reach": "50 cm"}
+    assert read_values(Beam, good, "the beam").reach == 0.5
+    with pytest.raises(InputError) as caught:
+        read_values(Beam, {**good, "rays": "2", "rech": 1}, "the beam")
+    assert [str(fault) for fault in caught.value.faults] == [
+        "rays must be a whole number, found '2'.",
+        "no parameter is named 'rech'. Did you mean 'reach'? "
+        "The beam has: angles, driver, name, noise, rays, reach, unit.",
+    ]
+    for pair in (["1 m"], ["1 m", "1 rad", "2 rad"]):
+        with pytest.raises(InputError, match=f"pair must have 2 values, found {len(pair)}"):
+            read_values(Whole, {"doc": "", "x": "1 m", "pair": pair}, "it")
 
 
 @pytest.mark.parametrize("cls", SHIPPED, ids=lambda cls: cls.__name__)
