@@ -42,6 +42,7 @@ FUNCTIONS = {
     "drive": lambda agent, **wrong: rocs_bt.drive("exp1", CATALOG, **wrong),
     "conduct": lambda agent, **wrong: made().conduct(**wrong),
     "changed": lambda agent, **wrong: RunOptions().changed(**wrong),
+    "replaced": lambda agent, **wrong: CATALOG.load_scenario("exp1").replaced(**wrong),
     "play": lambda agent, **wrong: play("exp1", catalog=CATALOG, **wrong),
     "act": lambda agent, **wrong: rocs_bt.run(
         "exp1", CATALOG, missions={"R2": lambda mission: mission.act("GoTo", goal="goal", **wrong)}
