@@ -22,7 +22,7 @@ from .. import needs
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")} - {"index"}
-INTERNAL = {"cli"}
+INTERNAL = {"cli", "declare"}
 """Packages that the API reference omits."""
 
 
