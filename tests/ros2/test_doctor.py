@@ -117,7 +117,7 @@ def test_each_topic_is_described_and_each_mismatch_told_with_both_sides(
 
 
 @pytest.mark.usefixtures("publisher")
-@pytest.mark.parametrize(("ahead", "verdict"), [(0.1, "clock offset"), (0.2, "problem")])
+@pytest.mark.parametrize(("ahead", "verdict"), [(0.1, "clock offset"), (0.4, "problem")])
 def test_a_clock_that_is_ahead_is_told_and_beyond_the_validity_a_problem(
     robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], ahead: float, verdict: str
 ) -> None:
