@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import inspect
 import numbers
@@ -169,7 +168,7 @@ def class_parameters(cls: type, positional: Sequence[str]) -> dict[str, Paramete
     """Keyword-only parameters that the constructor of a class takes, by name.
 
     A constructor that ends in `**rest` also takes the parameters of its base class. A class with an attribute
-    `declares`, a dataclass, takes the parameters of that class.
+    `declares` takes the parameters of that class.
 
     Raises:
         InputError: A constructor does not have the expected form; the error lists all faults.
@@ -190,9 +189,9 @@ def class_parameters(cls: type, positional: Sequence[str]) -> dict[str, Paramete
 
 
 def field_parameters(declared: type) -> Mapping[str, Parameter]:
-    """Parameters that a dataclass declares, by name, in order.
+    """Parameters that the annotations of a class declare, by name, in order.
 
-    Their bounds allow infinite values, because the dataclass checks values itself.
+    Their bounds allow infinite values, because the class checks values itself.
     """
     return _field_parameters(declared)
 
@@ -201,13 +200,14 @@ def field_parameters(declared: type) -> Mapping[str, Parameter]:
 def _field_parameters(declared: type) -> Mapping[str, Parameter]:
     hints = typing.get_type_hints(declared, include_extras=True)
     found = {}
-    for field in dataclasses.fields(declared):
-        hint, required = hints[field.name], field.default is dataclasses.MISSING
+    for name, hint in hints.items():
+        if name[0] == "_" or typing.get_origin(hint) is typing.ClassVar:
+            continue
+        required, default = not hasattr(declared, name), getattr(declared, name, None)
         each = typing.get_args(hint)[0] if typing.get_origin(hint) is tuple else hint
-        dimension = Parameter.annotated(field.name, each, required, None).dimension
-        kind = Parameter.annotated(field.name, hint, required, None).type
-        default = None if required else field.default
-        found[field.name] = Parameter(field.name, kind, dimension, required, default, Bounds(infinite=True))
+        dimension = Parameter.annotated(name, each, required, None).dimension
+        kind = Parameter.annotated(name, hint, required, None).type
+        found[name] = Parameter(name, kind, dimension, required, default, Bounds(infinite=True))
     return found
 
 

@@ -11,6 +11,7 @@ from ..base.registered import load, registered
 
 if TYPE_CHECKING:
     from ..base.clock import Rate
+    from ..declare import Value
     from ..drivers.host import Host
     from ..drivers.isolated import ActuatorMaker
     from ..interfaces.device import Sensor
@@ -33,7 +34,7 @@ class RegisteredDriver:
     """
 
     title: str
-    keys: Mapping[str, type]
+    keys: Mapping[str, type[Value]]
     sensor: Callable[[RobotSpec, SensorSpec, Host, Rate], Sensor] = _none
     actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker] = _none
 

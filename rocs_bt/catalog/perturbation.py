@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -11,7 +11,6 @@ from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.toml_table import read_toml
 from ..base.units import NONE, POSITIVE, Quantity, convert, parse_quantity
 from ..declare import Open, TableName, Valid, Value, Wrong, read_root
-from ..drivers import DRIVER_PARAMETERS
 from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
 
 CHANGES = {
@@ -132,8 +131,11 @@ class Perturbation(Value):
         for key in self.keys:
             if key in _OWN and hasattr(device, key):
                 device = replace(device, **{key: self._possible(key, getattr(device, key))})
-            elif (value := _parameter(device, key)) is not None:
-                device = replace(device, parameters={**device.parameters, key: self._possible(key, value)})
+            elif isinstance(old := device.parameters, Value):
+                if (value := old.values().get(key)) is not None:
+                    device = replace(device, parameters=old.replaced(**{key: self._possible(key, value)}))
+            elif key in old:
+                device = replace(device, parameters=Open(old | {key: self._possible(key, old[key])}))
         return device
 
     def _possible(self, key: str, value: Any) -> Any:
@@ -149,19 +151,6 @@ class Perturbation(Value):
         if self.change != "to" and (isinstance(value, bool) or not isinstance(value, (int, float))):
             return value
         return CHANGES[self.change](value, self.strength.value)
-
-
-def _parameter(device: SensorSpec | ActuatorSpec, key: str) -> Any:
-    """Parameter of a device's driver as given, or its default; None if the driver has no such parameter."""
-    if key in device.parameters:
-        return device.parameters[key]
-    declared = {each.name: each.default for each in fields(DRIVER_PARAMETERS.get(device.driver, _Nothing))}
-    return None if declared.get(key, MISSING) is MISSING else declared[key]
-
-
-@dataclass(frozen=True)
-class _Nothing:
-    """Declared parameters of an unknown driver."""
 
 
 def perturbed(robot: RobotSpec, perturbations: tuple[Perturbation, ...]) -> RobotSpec:

@@ -17,8 +17,8 @@ from ..base.toml_table import Table
 from ..base.units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
-from ..declare import Open, place_of
-from ..drivers import ROS2
+from ..declare import Open, place_of, read
+from ..drivers import ROS2, Ros2Settings, VelocityParameters
 from ..interfaces.safety import Landing, Limits
 from ..monitor import MONITORS
 from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
@@ -31,7 +31,7 @@ from .robot_spec import (
     SensorSpec,
     robot_locomotion,
 )
-from .values import driver_parameters, locomotion_parameters, raw_parameters, read_name, ros2_settings
+from .values import driver_parameters, locomotion_parameters, raw_parameters, read_name
 
 FORMAT = "robot/3"
 
@@ -76,7 +76,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Open | None =
         rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
     }
-    ros2 = ros2_settings(root.table("ros2")) if "ros2" in root else None
+    ros2 = read(Ros2Settings, root.table("ros2")) if "ros2" in root else None
     for table in (*sensor_tables, *actuator_tables):
         if "ros2" not in root and table.raw("driver", "") == ROS2:
             table.fault(
@@ -134,8 +134,8 @@ def _locomotion(
     if actuator is None:
         _unknown(table, "actuator", spec.actuator, [a.name for a in actuators], "actuator")
     elif wheeled:
-        ramp = actuator.parameters.get("max_acceleration", math.inf)
-        ramp = ramp if actuator.driver == "velocity" else math.inf
+        motors = actuator.parameters
+        ramp = motors.max_acceleration if isinstance(motors, VelocityParameters) else math.inf
         own = [table.table(axis) for axis in AXES if axis in table]
         check_braking([table, *own, *monitors], min(*actuator.limits.changes, ramp))
         limits = locomotion_limits(table, spec.parameters, actuator.limits, ramp)
@@ -155,7 +155,7 @@ def _sensor(table: Table) -> SensorSpec:
     name = read_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, "sensor", driver)
+    parameters = driver_parameters(table, "sensor", driver)
     return SensorSpec(
         name=name,
         driver=driver,
@@ -170,10 +170,8 @@ def _sensor(table: Table) -> SensorSpec:
         max_age=table.quantity("max_age", TIME, low=0.0, high=math.inf) if "max_age" in table else None,
         mount=_mount(table.table("mount")) if "mount" in table else None,
         parameters=parameters,
-        size=size,
         optional=table.flag("optional", False),
         line=table.position()[0],
-        positions={key: table.position(key) for key in parameters},
     )
 
 
@@ -253,10 +251,9 @@ def _actuator(table: Table, motion: str, twists: bool) -> ActuatorSpec:
         limits = actuator_limits(table, dimension, together=moves)
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, "actuator", driver)
-    positions = {key: table.position(key) for key in parameters}
+    parameters = driver_parameters(table, "actuator", driver)
     line, isolated = table.position()[0], table.flag("isolated", False)
-    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated)
+    return ActuatorSpec(read_name(table), driver, limits, age, parameters, line, isolated)
 
 
 def _no_limits(table: Table) -> Limits:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from ..base.words import counted
 from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
-from ..drivers import Ros2Settings
+from ..declare import Open, Value
+from ..drivers import PositionParameters, Ros2Settings
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
 from ..event import EventSink
 from ..interfaces.device import Actuator
@@ -44,8 +45,28 @@ class LocomotionSpec:
     parameters: Mapping[str, Any]
 
 
+DriverKeys = Value | Open
+"""Keys of a device's driver: of a shipped driver, an object of their declared class; of a user's, as in the file."""
+
+
+class DeviceSpec:
+    """What `[[sensor]]` and `[[actuator]]` tables have in common."""
+
+    parameters: DriverKeys
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments of the driver: in SI units and without defaults for a shipped one, else unconverted."""
+        return self.parameters.given() if isinstance(self.parameters, Value) else self.parameters
+
+    @property
+    def size(self) -> int | None:
+        """Number of values of a reading or command; None if only a user's driver or a message knows it."""
+        return cast("int | None", getattr(self.parameters, "size", None))
+
+
 @dataclass(frozen=True)
-class SensorSpec:
+class SensorSpec(DeviceSpec):
     """One `[[sensor]]` table.
 
     Attributes:
@@ -62,11 +83,9 @@ class SensorSpec:
         scale: Factor from the declared unit to SI, for values that the driver takes from messages.
         max_age: Validity of a reading [s]; None for the latency and three sensor periods.
         mount: Pose of the sensor, body frame; None if not given.
-        parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
-        size: Number of values of a reading; None if only a user's driver knows it.
+        parameters: Keys of a shipped driver, as an object of their declared class; those of a user's, unconverted.
         optional: Whether a robot on hardware may start before the sensor gives fresh values.
         line: Line of the table in the file.
-        positions: Line and column of each parameter.
     """
 
     name: str
@@ -79,11 +98,9 @@ class SensorSpec:
     scale: float = 1.0
     max_age: float | None = None
     mount: Pose2 | None = None
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    size: int | None = None
+    parameters: DriverKeys = field(default_factory=Open)
     optional: bool = False
     line: int = 0
-    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     latency: float = 0.0
     drop_out: float = 0.0
 
@@ -99,10 +116,11 @@ class SensorSpec:
         may turn over; but a position without noise and jumps is continuous.
         """
         if self.driver != "ros2":
-            smooth = self.driver == "position" and not self.noise and not self.parameters.get("jump")
+            given = self.parameters
+            smooth = isinstance(given, PositionParameters) and not self.noise and not given.jump
             return "continuous" if smooth or is_reference(self.driver) else ""
-        kind = str(self.parameters.get("type", ""))
-        transforms = kind.endswith("/TFMessage") and not str(self.parameters.get("frame", "map")).endswith("odom")
+        kind = str(self.arguments.get("type", ""))
+        transforms = kind.endswith("/TFMessage") and not str(self.arguments.get("frame", "map")).endswith("odom")
         corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")
         return "corrected" if corrected else "continuous"
 
@@ -112,8 +130,9 @@ class SensorSpec:
         known: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}
         if self.mount is not None:
             known["mount"] = self.mount
-        if {"rays", "span"} <= self.parameters.keys():  # a laser scanner
-            known |= {name: to_si(self.parameters[name]) for name in ("rays", "span")}
+        given = self.arguments
+        if given.get("rays") and given.get("span"):  # a laser scanner
+            known |= {name: to_si(given[name]) for name in ("rays", "span")}
         return known
 
 
@@ -160,7 +179,7 @@ class AnalyzeSpec:
 
 
 @dataclass(frozen=True)
-class ActuatorSpec:
+class ActuatorSpec(DeviceSpec):
     """One `[[actuator]]` table.
 
     Attributes:
@@ -168,10 +187,8 @@ class ActuatorSpec:
         driver: Driver's name, or `file.py:Class` beside robot.toml.
         limits: Range and rate of change of the commands, enforced by the safety gate.
         max_command_age: Watchdog time [s]: the actuator goes to neutral if it gets no command for this time.
-        parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
-        size: Number of values of a command; None if only a user's driver knows it.
+        parameters: Keys of the driver, as of a sensor.
         line: Line of the table in the file.
-        positions: Line and column of each parameter.
         isolated: Whether the device runs in a process of its own; on hardware only.
         landing: Landing of a flying body without commands; None for other bodies and actuators.
     """
@@ -180,10 +197,8 @@ class ActuatorSpec:
     driver: str
     limits: Limits
     max_command_age: float = 0.2
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    size: int | None = None
+    parameters: DriverKeys = field(default_factory=Open)
     line: int = 0
-    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     isolated: bool = False
     landing: Landing | None = None
 
@@ -261,8 +276,8 @@ class RobotSpec:
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Faults that the simulation gives the devices, such as `lidar: latency 0.1 s, drop_out 0.05`."""
-        own = [(s.name, s.driver, {"latency": s.latency, "drop_out": s.drop_out, **s.parameters}) for s in self.sensors]
-        devices = (*own, *((a.name, a.driver, a.parameters) for a in self.actuators))
+        own = [(s.name, s.driver, {"latency": s.latency, "drop_out": s.drop_out, **s.arguments}) for s in self.sensors]
+        devices = (*own, *((a.name, a.driver, a.arguments) for a in self.actuators))
         found = {name: _faults(driver, values) for name, driver, values in devices}
         return tuple(f"{name}: {', '.join(faults)}" for name, faults in found.items() if faults)
 

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
-import typing
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ..base.errors import InputError, did_you_mean
-from ..base.parameter import Parameter, Positions, field_parameters
+from ..base.errors import did_you_mean
+from ..base.parameter import Positions
 from ..base.python_content import is_reference
 from ..base.registered import registered
 from ..base.toml_table import Table
 from ..base.units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
-from ..declare import Open, positions_of
-from ..drivers import DRIVER_PARAMETERS, Ros2Settings, declared_parameters, read_parameters
+from ..declare import Kind, Open, Value, positions_of, read
+from ..drivers import DRIVER_PARAMETERS, declared_parameters
 from ..knowledge.declaration import is_name
 from .inherit import DEVICE_KEYS
 
@@ -101,72 +99,19 @@ def _response(table: Table, axes: Mapping[str, Table]) -> Response:
     return Response(**numbers, deceleration=braking)
 
 
-def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, Any], int | None]:
-    """Read the parameters of a device's driver and check them against the declaration of a shipped driver.
+def driver_parameters(table: Table, kind: str, driver: str) -> Value | Open:
+    """Read the parameters of a device's driver.
 
     Parameters of a user's driver are checked when its class is loaded (`drivers.parameters`), since no code runs here.
-
-    Returns:
-        Parameters, in SI units for a shipped driver and unconverted for a user's; and the number of values of the
-        device, None if unknown.
     """
     known = DEVICE_KEYS[kind]
-    if is_reference(driver):
-        return raw_parameters(table, known)[0], None
-    declared = declared_parameters(driver, kind)
-    if declared is None:
-        if driver:
-            hint = did_you_mean(driver, (*DRIVER_PARAMETERS, *registered("rocs_bt.devices")), "rocs_bt")
-            table.fault(
-                "driver", f"no driver is named '{driver}'.", hint.and_also("Or name your own: 'file.py:Class'.")
-            )
-        return raw_parameters(table, known)[0], None
-    specs = field_parameters(declared)
-    before = len(table.faults)
-    given: dict[str, Any] = {}
-    for name, spec in specs.items():
-        found, value = len(table.faults), _parameter(table, spec) if name in table else None
-        if name in table and len(table.faults) == found:  # a faulty value must not cause further faults
-            given[name] = value
-        table.raw(name, None)  # marks the key as known, so that it is suggested for a misspelt key
-        if spec.required and name not in table:
-            table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
-    if len(table.faults) == before:
-        try:
-            size: int | None = read_parameters(declared, given, f"the driver '{driver}'").size
-            return given, size
-        except InputError as error:
-            table.adopt(None, error)
-    return given, None
-
-
-def ros2_settings(table: Table) -> Ros2Settings | None:
-    """Read the `[ros2]` table; None if it is faulty."""
-    before, found = len(table.faults), dict[str, Any]()
-    for field in dataclasses.fields(Ros2Settings):
-        if field.name not in table:
-            table.raw(field.name, None)  # marks the key as known, so that it is suggested for a misspelt key
-        elif field.name == "domain":
-            found["domain"] = table.integer("domain")
-        else:
-            found[field.name] = (table.flag if field.name == "use_sim_time" else table.text)(field.name)
-    if found.get("messages"):
-        found["messages"] = str(table.beside(found["messages"]))
-    if len(table.faults) == before:
-        try:
-            return Ros2Settings(**found)
-        except InputError as error:
-            table.adopt(None, error)
-    return None
-
-
-def _parameter(table: Table, spec: Parameter) -> Any:
-    many = typing.get_origin(spec.type) is tuple
-    if (of := spec.dimension) is not None:
-        return table.quantities(spec.name, of) if many else table.quantity(spec.name, of, high=math.inf)
-    if spec.type is int or int in typing.get_args(spec.type):
-        return table.integers(spec.name) if many else table.integer(spec.name)
-    return table.texts(spec.name) if many else table.text(spec.name)
+    declared = None if is_reference(driver) else declared_parameters(driver, kind)
+    if declared is not None:
+        return read(declared, table, kind=Kind(f"driver '{driver}'", Value))
+    if driver and not is_reference(driver):
+        hint = did_you_mean(driver, (*DRIVER_PARAMETERS, *registered("rocs_bt.devices")), "rocs_bt")
+        table.fault("driver", f"no driver is named '{driver}'.", hint.and_also("Or name your own: 'file.py:Class'."))
+    return Open.of(table, {key: table.raw(key) for key in table.data if key not in known})
 
 
 def to_si(value: Any) -> Any:

@@ -90,7 +90,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
         return {}
     shipped = [s for s in robot.sensors if s.driver in DRIVER_PARAMETERS]
     try:
-        world = _world(catalog, robot, robot.model, [(s, Driver(s.driver, s.parameters)) for s in shipped])
+        world = _world(catalog, robot, robot.model, [(s, Driver(s.driver, s.arguments)) for s in shipped])
     except InputError as error:
         yield from error.at(robot.model).faults
         return {}

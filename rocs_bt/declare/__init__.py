@@ -17,7 +17,19 @@ from .marks import (
     Word,
 )
 from .open import Open, Place, place_of, positions_of
-from .read import names_of, note_twice, read, read_fields, read_key, read_root, read_value, read_values, rows_in
+from .read import (
+    Kind,
+    checked,
+    names_of,
+    note_twice,
+    read,
+    read_fields,
+    read_key,
+    read_root,
+    read_value,
+    read_values,
+    rows_in,
+)
 
 __all__ = [
     "MISSING",
@@ -28,6 +40,7 @@ __all__ = [
     "InUnit",
     "Key",
     "Keys",
+    "Kind",
     "Kinds",
     "Names",
     "OneOf",
@@ -41,6 +54,7 @@ __all__ = [
     "Value",
     "Word",
     "Wrong",
+    "checked",
     "fields_of",
     "names_of",
     "note_twice",

@@ -11,16 +11,17 @@ A mark is an object of a module, not a lambda in the annotation: annotations are
 from __future__ import annotations
 
 import functools
+import numbers
 import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast, dataclass_transform
 
-from ..base.errors import Fault
+from ..base.errors import Fault, did_you_mean
 from ..base.toml_table import KnownKey, Table
-from ..base.units import NONE, Dimension, Quantity
-from .marks import InUnit, Key, Keys, OneOf, Rest, SetByPrograms, TableName
+from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
+from .marks import InUnit, Key, Keys, OneOf, Rest, SetByPrograms, TableName, Valid
 from .open import Open, Place
 
 MISSING = object()
@@ -33,6 +34,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     bool: ("true or false", "flags"),
     int: ("a whole number", "whole numbers"),
 }
+_KINDS: Mapping[Any, type] = {float: numbers.Real, int: numbers.Integral}
 
 
 class Wrong(NamedTuple):
@@ -122,6 +124,38 @@ class Field:
     def mark(self, kind: type[M]) -> M | None:
         """Mark of a class; the outermost of several, None if there is none."""
         return cast("M | None", self._by_class.get(kind))
+
+    def faults(self, value: Any, what: str) -> list[Fault]:
+        """Faults of a value that a program gives, SI units.
+
+        Args:
+            value: The value.
+            what: Name of the value in messages, such as `rays of lidar 'front'`.
+        """
+        parts = self.parts or ((self,) * len(value) if isinstance(value, (list, tuple)) else ())
+        if not self.parts and self.many != "list":
+            return self._faults_of_one(value, what)
+        if not isinstance(value, (list, tuple)):
+            return [Fault(f"{what} must be a list, found {value!r:.80}.")]
+        if len(value) != len(parts):
+            return [Fault(f"{what} must have {len(parts)} values, found {len(value)}.")]
+        return [fault for part, one in zip(parts, value, strict=True) for fault in part._faults_of_one(one, what)]
+
+    def _faults_of_one(self, value: Any, what: str) -> list[Fault]:
+        kind: Any = _KINDS.get(self.hint, str if self.options else self.hint)
+        if value is None and not self.required and self.default is None:
+            return []
+        if not isinstance(value, kind) or (isinstance(value, bool) and self.hint is not bool):
+            words = "a number" if self.hint is float else _WORDS.get(self.hint, _WORDS[str])[0]
+            return [Fault(f"{what} must be {words}, found {value!r:.80}.")]
+        if self.hint in _KINDS and not (bounds := self.mark(Bounds) or FINITE).admit(value):
+            unit = "" if (of := self.mark(Dimension)) in (None, NONE) else f" {of}"
+            return [Fault(f"{what} must be {bounds.words}{unit}, found {value:g}.")]
+        if self.options and value not in self.options:
+            hint = did_you_mean(value, self.options, "Valid values:")
+            return [Fault(f"invalid value '{value}' for {what}.", hint=hint)]
+        valid = (mark for mark in self.marks if isinstance(mark, Valid) and not mark.test(value))
+        return [Fault(f"{value!r:.80} is not {mark.what}.", hint=mark.hint) for mark in valid]
 
     @functools.cached_property
     def _by_class(self) -> dict[Any, Any]:
@@ -223,6 +257,10 @@ class Declared:
     def has(self, key: str) -> bool:
         """Whether the file has a key."""
         return self._table is not None and key in self._table
+
+    def given(self) -> dict[str, Any]:
+        """Values other than the defaults, by name."""
+        return {name: v for name, v in self.values().items() if v != self._defaults.get(name, MISSING)}
 
     def place(self, *key: str | None) -> Place:
         """File, line and column of a key, which may lead into tables, or of the table itself."""

@@ -24,7 +24,6 @@ from .parameters import (
     WheelTravelParameters,
     declared_parameters,
     driver_class,
-    read_parameters,
 )
 
 __all__ = [
@@ -47,5 +46,4 @@ __all__ = [
     "WheelTravelParameters",
     "declared_parameters",
     "driver_class",
-    "read_parameters",
 ]

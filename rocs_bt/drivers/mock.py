@@ -20,6 +20,7 @@ from ..base.clock import Clock
 from ..base.errors import DeviceError, Fault, InputError, unknown
 from ..base.geometry import Pose2, along_arc
 from ..control.locomotion import Locomotion
+from ..declare import checked
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..interfaces.message import MessageQueue, packed
 from ..interfaces.safety import SafetyGate
@@ -35,7 +36,6 @@ from .parameters import (
     VelocityParameters,
     WheelTravelParameters,
     driver_class,
-    read_parameters,
 )
 
 Point: TypeAlias = tuple[float, float]
@@ -347,7 +347,7 @@ def make_sensor(
         InputError: The driver is unknown, or parameters are wrong.
     """
     cls = driver_class(SENSORS, driver, "sensor", "mock")
-    sensor = cls(name, robot, read_parameters(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
+    sensor = cls(name, robot, checked(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
     sensor.noise = noise
     sensor.rng = sensor.rng if rng is None else rng
     return sensor
@@ -366,7 +366,7 @@ def make_actuator(robot: MockRobot, name: str, driver: str, parameters: Mapping[
         InputError: The driver is unknown, parameters are wrong, or there is not one motor for each wheel of the drive.
     """
     cls = driver_class(ACTUATORS, driver, "actuator", "mock")
-    return cls(name, robot, read_parameters(VelocityParameters, parameters, f"{driver} actuator '{name}'"))
+    return cls(name, robot, checked(VelocityParameters, parameters, f"{driver} actuator '{name}'"))
 
 
 def _hit_segment(x: float, y: float, c: float, s: float, a: Point, b: Point) -> float:

@@ -1,6 +1,7 @@
 """Parameters of drivers: the keys of each shipped driver in robot.toml, which are the same in all backends.
 
-The keys of a user's driver are the keyword-only parameters of its constructor; annotations declare the units:
+They are declared classes (`rocs_bt.declare`). The keys of a user's driver are the keyword-only parameters of its
+constructor; annotations declare the units:
 
     class Beacon(MujocoSensor):
         def __init__(self, name, mount, *, max_range: Metres = 10.0):
@@ -10,30 +11,44 @@ The keys of a user's driver are the keyword-only parameters of its constructor; 
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, TypeVar
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, ClassVar, TypeVar
 
-from ..base.errors import Fault, InputError, UnknownName, unknown
-from ..base.parameter import field_parameters, misfit
+from ..base.errors import UnknownName, unknown
 from ..base.registered import load, registered
 from ..base.units import (
+    ACCELERATION,
+    ANGLE,
+    LENGTH,
+    NONE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    TIME,
+    Bounds,
     Joules,
-    Metres,
     MetresPerSecond,
-    MetresPerSecondSquared,
+    PositiveMetres,
     Radians,
     RadiansPerSecond,
-    Seconds,
     Watts,
 )
+from ..declare import Value, Wrong
 
 T = TypeVar("T")
 
+_UNLIMITED = Bounds(0.0, infinite=True)
+_Share = Annotated[float, NONE, Bounds(0.0, 1.0)]
+_Distance = Annotated[float, LENGTH, NOT_NEGATIVE]
+_Noise = Annotated[Radians, NOT_NEGATIVE]
+_TurnNoise = Annotated[RadiansPerSecond, NOT_NEGATIVE]
+_Interval = Annotated[float, TIME, Bounds(0.0, above=True, infinite=True)]
+_Power = Annotated[Watts, NOT_NEGATIVE]
+
 MAX_SIZE = 1000
 """Maximum number of rays per beam, or of slots, of a sensor, so that a typing error cannot stall the machine."""
+
+_Count = Annotated[int, Bounds(1, MAX_SIZE)]
 
 MAX_LIDAR_RAYS = 4000
 """Maximum number of rays in a scan of a lidar."""
@@ -42,8 +57,7 @@ MAX_SWEEP = 1.0
 """Maximum sweep of a scan of a lidar [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PositionParameters:
+class PositionParameters(Value):
     """Position sensor: x, y, z of the base [m], world frame.
 
     Attributes:
@@ -54,17 +68,13 @@ class PositionParameters:
     """
 
     size: ClassVar[int] = 3
-    odometry: float = 0.0
-    drift: Metres = 0.0
-    jump: Metres = 0.0
-    jump_every: Seconds = 10.0
-
-    def __post_init__(self) -> None:
-        _check_error(self.odometry, self.drift, self.jump, self.jump_every)
+    odometry: _Share = 0.0
+    drift: _Distance = 0.0
+    jump: _Distance = 0.0
+    jump_every: _Interval = 10.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class OrientationParameters:
+class OrientationParameters(Value):
     """Orientation sensor: yaw of the base [rad], world frame.
 
     Attributes:
@@ -75,17 +85,13 @@ class OrientationParameters:
     """
 
     size: ClassVar[int] = 1
-    odometry: float = 0.0
-    drift: Radians = 0.0
-    jump: Radians = 0.0
-    jump_every: Seconds = 10.0
-
-    def __post_init__(self) -> None:
-        _check_error(self.odometry, self.drift, self.jump, self.jump_every)
+    odometry: _Share = 0.0
+    drift: _Noise = 0.0
+    jump: _Noise = 0.0
+    jump_every: _Interval = 10.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class TwistParameters:
+class TwistParameters(Value):
     """Twist sensor: velocity of the base, forward, left and up [m/s], and turn rate, left positive [rad/s].
 
     Forward and left are horizontal, up and the axis of the turn are vertical, also while the body tilts.
@@ -96,31 +102,23 @@ class TwistParameters:
     """
 
     size: ClassVar[int] = 4
-    speed_noise: MetresPerSecond = 0.0
-    turn_noise: RadiansPerSecond = 0.0
-
-    def __post_init__(self) -> None:
-        if not (0.0 <= self.speed_noise < math.inf and 0.0 <= self.turn_noise < math.inf):
-            found = f"{self.speed_noise} m/s and {self.turn_noise} rad/s"
-            raise InputError(Fault(f"speed_noise and turn_noise must be 0 or more and finite, found {found}."))
+    speed_noise: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.0
+    turn_noise: _TurnNoise = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class AttitudeParameters:
+class AttitudeParameters(Value):
     """Attitude sensor: roll and pitch of the base [rad], as in `Pose3`."""
 
     size: ClassVar[int] = 2
 
 
-@dataclass(frozen=True, kw_only=True)
-class HeightParameters:
+class HeightParameters(Value):
     """Height sensor: height of the base [m], world frame."""
 
     size: ClassVar[int] = 1
 
 
-@dataclass(frozen=True, kw_only=True)
-class RangeConeParameters:
+class RangeConeParameters(Value):
     """Ring of range sensors with conical beams: range of each beam [m], +inf without an echo.
 
     Attributes:
@@ -133,26 +131,16 @@ class RangeConeParameters:
     """
 
     sites: tuple[str, ...]
-    range: tuple[Metres, ...]
-    half_angle: Radians = 0.0
-    rays: int = 1
-    layers: int = 1
-    missing_echo: float = 0.0
+    range: tuple[_Distance, Annotated[float, LENGTH, _UNLIMITED]]
+    half_angle: Annotated[float, ANGLE, Bounds(0.0, math.pi / 2, below=True)] = 0.0
+    rays: _Count = 1
+    layers: _Count = 1
+    missing_echo: _Share = 0.0
 
-    def __post_init__(self) -> None:
-        _check_missing_echo(self.missing_echo)
-        if not self.sites:
-            raise InputError(Fault("sites must name at least one site of the model, found none."))
-        _check_distinct("sites", self.sites)
-        if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1]:
-            raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
-        for name in ("rays", "layers"):
-            if not 1 <= getattr(self, name) <= MAX_SIZE:
-                raise InputError(Fault(f"{name} must be 1 to {MAX_SIZE} for each beam, found {getattr(self, name)}."))
-        if not 0.0 <= self.half_angle < math.pi / 2:
-            raise InputError(
-                Fault(f"half_angle must be less than 90 deg, found {math.degrees(self.half_angle):.4g} deg.")
-            )
+    def check(self) -> Iterator[Wrong]:
+        """Faults of the names of sites, and of a range that is none."""
+        yield from _listed("sites", "site", self.sites)
+        yield from _span(self.range)
 
     @property
     def size(self) -> int:
@@ -168,8 +156,7 @@ class RangeConeParameters:
         return [self.half_angle * (2.0 * i / (count - 1) - 1.0) for i in range(count)] if count > 1 else [0.0]
 
 
-@dataclass(frozen=True, kw_only=True)
-class LidarParameters:
+class LidarParameters(Value):
     """Laser scanner: ranges [m] along rays from one point, from right to left, +inf without an echo.
 
     Attributes:
@@ -182,22 +169,15 @@ class LidarParameters:
     """
 
     site: str
-    rays: int
-    span: Radians
-    range: tuple[Metres, ...]
-    missing_echo: float = 0.0
-    sweep: Seconds = 0.0
+    rays: Annotated[int, Bounds(2, MAX_LIDAR_RAYS)]
+    span: Annotated[float, ANGLE, Bounds(0.0, math.tau, above=True)]
+    range: tuple[_Distance, _Distance]
+    missing_echo: _Share = 0.0
+    sweep: Annotated[float, TIME, Bounds(0.0, MAX_SWEEP)] = 0.0
 
-    def __post_init__(self) -> None:
-        _check_missing_echo(self.missing_echo)
-        if not 0.0 <= self.sweep <= MAX_SWEEP:
-            raise InputError(Fault(f"sweep must be 0 to {MAX_SWEEP:g} s, found {self.sweep} s."))
-        if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1] < math.inf:
-            raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
-        if not 2 <= self.rays <= MAX_LIDAR_RAYS:
-            raise InputError(Fault(f"rays must be 2 to {MAX_LIDAR_RAYS}, found {self.rays}."))
-        if not 0.0 < self.span <= math.tau:
-            raise InputError(Fault(f"span must be up to 360 deg, found {math.degrees(self.span):.4g} deg."))
+    def check(self) -> Iterator[Wrong]:
+        """Faults of a range that is none."""
+        yield from _span(self.range)
 
     @property
     def size(self) -> int:
@@ -210,8 +190,7 @@ class LidarParameters:
         return [self.span * (i / (self.rays - 1) - 0.5) for i in range(self.rays)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotSensorParameters:
+class RobotSensorParameters(Value):
     """Robot sensor, which detects other robots: tag, range [m] and bearing [rad] for each slot, nearest first.
 
     A tag identifies a robot; tags are numbers from 1, in the order of the robots in the world. Ranges and bearings
@@ -227,30 +206,12 @@ class RobotSensorParameters:
         height: Height of the line of sight over the floor [m]; lower obstacles do not hide a robot.
     """
 
-    max_range: Metres
-    max_peers: int = 4
-    half_angle: Radians = math.pi
-    range_noise: Metres = 0.0
-    bearing_noise: Radians = 0.0
-    height: Metres = 0.2
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.max_peers <= MAX_SIZE:
-            raise InputError(Fault(f"max_peers must be 1 to {MAX_SIZE}, found {self.max_peers}."))
-        if not self.max_range > 0.0 or not 0.0 < self.half_angle <= math.pi:
-            raise InputError(
-                Fault(
-                    "a robot sensor needs a positive max_range and up to 180 deg to a side, found "
-                    f"{self.max_range} m and {math.degrees(self.half_angle):.4g} deg."
-                )
-            )
-        if not (0.0 <= self.range_noise < math.inf and 0.0 <= self.bearing_noise < math.inf and self.height > 0.0):
-            raise InputError(
-                Fault(
-                    "range_noise and bearing_noise must be 0 or more and height positive, found "
-                    f"{self.range_noise} m, {self.bearing_noise} rad and {self.height} m."
-                )
-            )
+    max_range: Annotated[float, LENGTH, Bounds(0.0, above=True, infinite=True)]
+    max_peers: _Count = 4
+    half_angle: Annotated[float, ANGLE, Bounds(0.0, math.pi, above=True)] = math.pi
+    range_noise: _Distance = 0.0
+    bearing_noise: _Noise = 0.0
+    height: PositiveMetres = 0.2
 
     @property
     def size(self) -> int:
@@ -258,8 +219,7 @@ class RobotSensorParameters:
         return 3 * self.max_peers
 
 
-@dataclass(frozen=True, kw_only=True)
-class WheelSpeedParameters:
+class WheelSpeedParameters(Value):
     """Wheel encoders: wheel linear speeds [m/s] in the order of `motors`.
 
     Attributes:
@@ -269,11 +229,15 @@ class WheelSpeedParameters:
     """
 
     motors: tuple[str, ...]
-    wheel_radius: Metres
+    wheel_radius: PositiveMetres
     signs: tuple[int, ...] = ()
 
-    def __post_init__(self) -> None:
-        _check_motors(self.motors, self.signs, self.wheel_radius)
+    def check(self) -> Iterator[Wrong]:
+        """Faults of the names of motors, and of signs that are none."""
+        yield from _listed("motors", "motor", self.motors)
+        if self.signs and (len(self.signs) != self.size or any(sign not in (-1, 1) for sign in self.signs)):
+            message = f"signs must be 1 or -1 for each of {self.size} motors, found {list(self.signs)}."
+            yield Wrong("signs", message)
 
     @property
     def size(self) -> int:
@@ -286,7 +250,6 @@ class WheelSpeedParameters:
         return [s * self.wheel_radius for s in self.signs or (1,) * len(self.motors)]
 
 
-@dataclass(frozen=True, kw_only=True)
 class WheelTravelParameters(WheelSpeedParameters):
     """Incremental encoders: wheel travel since the start [m], in whole counts, in the order of `motors`.
 
@@ -294,12 +257,7 @@ class WheelTravelParameters(WheelSpeedParameters):
         counts: Encoder counts per wheel revolution.
     """
 
-    counts: int
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.counts < 1:
-            raise InputError(Fault(f"counts must be at least 1 for a revolution of the wheel, found {self.counts}."))
+    counts: Annotated[int, Bounds(1)]
 
     def travel(self, angles: Sequence[float]) -> list[float]:
         """Wheel travel [m] in whole counts, from motor angles [rad]."""
@@ -307,8 +265,7 @@ class WheelTravelParameters(WheelSpeedParameters):
         return [math.floor(a / each) * each * factor for a, factor in zip(angles, self.factors, strict=True)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class GyroParameters:
+class GyroParameters(Value):
     """Gyro: mean yaw rate since the previous reading [rad/s], left positive.
 
     Attributes:
@@ -316,14 +273,9 @@ class GyroParameters:
     """
 
     size: ClassVar[int] = 1
-    bias_noise: RadiansPerSecond = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.bias_noise < math.inf:
-            raise InputError(Fault(f"bias_noise must be 0 or more and finite, found {self.bias_noise} rad/s."))
+    bias_noise: _TurnNoise = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
 class VelocityParameters(WheelSpeedParameters):
     """Speed-controlled motors, commanded by wheel linear speeds [m/s] in the order of `motors`.
 
@@ -334,23 +286,19 @@ class VelocityParameters(WheelSpeedParameters):
             all wheels; encoders do not see it.
     """
 
-    max_acceleration: MetresPerSecondSquared = math.inf
-    delay: Seconds = 0.0
-    slip: tuple[float, ...] = ()
+    max_acceleration: Annotated[float, ACCELERATION, Bounds(0.0, above=True, infinite=True)] = math.inf
+    delay: Annotated[float, TIME, Bounds(0.0, 10.0)] = 0.0
+    slip: tuple[Annotated[float, NONE, Bounds(0.0, 1.0, below=True)], ...] = ()
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if len(self.slip) not in (0, 1, self.size) or not all(0.0 <= share < 1.0 for share in self.slip):
-            message = f"slip must be one share for all wheels or one for each of {self.size}, at least 0 and below 1"
-            raise InputError(Fault(f"{message}, found {list(self.slip)}."))
-        if not 0.0 <= self.delay <= 10.0:
-            raise InputError(Fault(f"delay must be 0 to 10 s, found {self.delay} s."))
-        if not self.max_acceleration > 0.0:
-            raise InputError(Fault(f"max_acceleration must be positive, found {self.max_acceleration} m/s2."))
+    def check(self) -> Iterator[Wrong]:
+        """Faults of the motors, and of a number of shares that is not that of the wheels."""
+        yield from super().check()
+        if len(self.slip) not in (0, 1, self.size):
+            message = f"slip must be one share for all wheels or one for each of {self.size}, found {list(self.slip)}."
+            yield Wrong("slip", message)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BatteryParameters:
+class BatteryParameters(Value):
     """Battery: charge, 0 (empty) to 1 (full). An empty battery does not stop the motors.
 
     Attributes:
@@ -364,33 +312,22 @@ class BatteryParameters:
     """
 
     size: ClassVar[int] = 1
-    capacity: Joules
-    idle_power: Watts
-    motion_power: Watts = 0.0
-    charge_power: Watts = 0.0
+    capacity: Annotated[Joules, POSITIVE]
+    idle_power: _Power
+    motion_power: _Power = 0.0
+    charge_power: _Power = 0.0
     chargers: tuple[str, ...] = ("charger",)
-    charge_distance: Metres = 0.3
-    charge: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in ("capacity", "charge_distance"):
-            if not 0.0 < (value := getattr(self, name)) < math.inf:
-                raise InputError(Fault(f"{name} must be positive, found {value}."))
-        for name in ("idle_power", "motion_power", "charge_power"):
-            if not 0.0 <= (value := getattr(self, name)) < math.inf:
-                raise InputError(Fault(f"{name} must be 0 W or more, found {value} W."))
-        if not 0.0 <= self.charge <= 1.0:
-            raise InputError(Fault(f"charge must be 0 to 1, found {self.charge}."))
+    charge_distance: PositiveMetres = 0.3
+    charge: _Share = 1.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class MailboxParameters:
+class MailboxParameters(Value):
     """Mailbox: messages of other robots, as the bytes of sender and text; a reading is empty without messages."""
 
     size: ClassVar[int | None] = None
 
 
-DRIVER_PARAMETERS: Mapping[str, type] = {
+DRIVER_PARAMETERS: Mapping[str, type[Value]] = {
     "position": PositionParameters,
     "orientation": OrientationParameters,
     "twist": TwistParameters,
@@ -412,7 +349,7 @@ ROS2 = "ros2"
 """Driver of sensors and actuators on hardware that communicate by ROS 2."""
 
 
-def declared_parameters(driver: str, kind: str) -> type | None:
+def declared_parameters(driver: str, kind: str) -> type[Value] | None:
     """Parameters of a shipped driver; None if no driver has this name.
 
     Args:
@@ -420,68 +357,23 @@ def declared_parameters(driver: str, kind: str) -> type | None:
         kind: `sensor` or `actuator`; drivers of packages may have both.
     """
     if driver in registered("rocs_bt.devices"):
-        found: type | None = load("rocs_bt.devices", driver).keys.get(kind)
+        found: type[Value] | None = load("rocs_bt.devices", driver).keys.get(kind)
         return found
     return DRIVER_PARAMETERS.get(driver)
 
 
-def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, among: bool = False) -> T:
-    """Create the parameters of a driver from the values in robot.toml.
-
-    Args:
-        declared: Dataclass of the driver.
-        values: Values by name, SI units: floats, integers, texts, or lists of these.
-        what: Driver and device, for messages, such as `gyro 'imu'`.
-        among: Whether `values` may contain other keys, such as those of a user's driver that extends a shipped one.
-
-    Raises:
-        InputError: Parameters are unknown, missing or wrong; the error lists all faults.
-    """
-    specs = field_parameters(declared)
-    others = [name for name in values if name not in specs]
-    faults = [] if among else [unknown(f"parameter of {what}", name, specs, what) for name in others]
-    missing = [s.name for s in specs.values() if s.required and s.name not in values]
-    if missing:
-        faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(specs)}."))
-    given = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items() if name in specs}
-    wrong = {name: misfit(specs[name].type, value) for name, value in given.items()}
-    faults += [Fault(f"{n} of {what} must be {w}, found {values[n]!r}.") for n, w in wrong.items() if w is not None]
-    if faults:
-        raise InputError(*faults)
-    try:
-        return declared(**given)
-    except InputError as error:
-        raise InputError(*(dataclasses.replace(f, message=f"{what}: {f.message}") for f in error.faults)) from error
+def _listed(key: str, what: str, names: tuple[str, ...]) -> Iterator[Wrong]:
+    """Faults of names of elements of the model, of which a device needs at least one."""
+    if not names:
+        yield Wrong(key, f"{key} must name at least one {what} of the model, found none.")
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        yield Wrong(key, f"{key} must name each element of the model once, found {', '.join(twice)} twice.")
 
 
-def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius: float) -> None:
-    if not motors:
-        raise InputError(Fault("motors must name at least one motor of the model, found none."))
-    _check_distinct("motors", motors)
-    if signs and (len(signs) != len(motors) or any(s not in (-1, 1) for s in signs)):
-        raise InputError(Fault(f"signs must be 1 or -1 for each of {len(motors)} motors, found {list(signs)}."))
-    if not wheel_radius > 0.0:
-        raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))
-
-
-def _check_error(odometry: float, drift: float, jump: float, jump_every: float) -> None:
-    if not 0.0 <= odometry <= 1.0:
-        raise InputError(Fault(f"odometry must be a share, 0 to 1, found {odometry:g}."))
-    if not (0.0 <= drift < math.inf and 0.0 <= jump < math.inf):
-        raise InputError(Fault(f"drift and jump must be 0 or more and finite, found {drift:g} and {jump:g}."))
-    if not jump_every > 0.0:
-        raise InputError(Fault(f"jump_every must be positive, found {jump_every:g} s."))
-
-
-def _check_missing_echo(share: float) -> None:
-    if not 0.0 <= share <= 1.0:
-        raise InputError(Fault(f"missing_echo must be a probability, 0 to 1, found {share:g}."))
-
-
-def _check_distinct(what: str, names: tuple[str, ...]) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise InputError(Fault(f"{what} must name each element of the model once, found {', '.join(twice)} twice."))
+def _span(found: tuple[float, float]) -> Iterator[Wrong]:
+    """Fault of a range of distances of which the maximum is not above the minimum."""
+    if not found[0] < found[1]:
+        yield Wrong("range", f"range must be the minimum and the maximum distance, found {list(found)} m.")
 
 
 def driver_class(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:

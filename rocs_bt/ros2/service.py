@@ -8,8 +8,8 @@ from functools import partial
 
 from ..base.clock import WallClock
 from ..base.errors import Fault, InputError
-from ..catalog import ActuatorSpec, RobotSpec
-from ..drivers import ROS2, read_parameters
+from ..catalog import RobotSpec
+from ..drivers import ROS2
 from ..event import OtherPublisherFound
 from ..running.hardware_services import ServicePlace
 from ..running.preflight import PreflightTopic, SensorState
@@ -40,7 +40,8 @@ class RosBesideRobot:
         self._node = shared_node(settings, place.host)
         self._nodes = NodeLink(lambda: self._node, place.notice)
         self.link: RosLink = DryLink(self._nodes) if place.dry_run else self._nodes
-        ours = {spec.name: _parameters(spec) for spec in place.robot.actuators if spec.driver == ROS2}
+        keys = {spec.name: spec.parameters for spec in place.robot.actuators}
+        ours = {name: given for name, given in keys.items() if isinstance(given, Ros2ActuatorParameters)}
         self.topics: Sequence[PreflightTopic] = [
             PreflightTopic(
                 SensorState(
@@ -95,10 +96,6 @@ class RosBesideRobot:
         clock = RunClock(stack.enter_context(closing(open_transport(settings[0], "rocs_bt_clock"))))
         clock.wait_for_message(wait, ended)
         return clock
-
-
-def _parameters(spec: ActuatorSpec) -> Ros2ActuatorParameters:
-    return read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
 
 
 def _needs(settings: Ros2Settings, ours: dict[str, Ros2ActuatorParameters]) -> Iterator[tuple[str, OwnEndpoint, str]]:

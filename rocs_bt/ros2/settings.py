@@ -4,22 +4,36 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, Literal
 
-from ..base.errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError
 from ..base.files import is_file, read_text
+from ..base.units import Bounds
+from ..declare import Valid, Value
 
-TRANSPORTS = ("auto", "rclpy", "dds")
-NETWORKS = ("loopback", "lan")
 MAX_DOMAIN = 232
 """Largest domain for which DDS has network ports."""
+
+NAME_HINT = "Use letters, digits and single underscores, and slashes between names; no name begins with a digit."
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*\Z")
 
 
-@dataclass(frozen=True)
-class Ros2Settings:
+def is_ros_name(name: str) -> bool:
+    """Whether a text can be the name of a topic or namespace, which may begin with a slash."""
+    return _NAME.match(name.removeprefix("/")) is not None and "__" not in name
+
+
+def _is_name_or_empty(name: str) -> bool:
+    return not name or is_ros_name(name)
+
+
+_Topic = Annotated[str, Valid(_is_name_or_empty, "a valid topic", NAME_HINT)]
+_Namespace = Annotated[str, Valid(_is_name_or_empty, "a valid namespace", NAME_HINT)]
+
+
+class Ros2Settings(Value):
     """Settings of the connection to ROS 2.
 
     Attributes:
@@ -30,36 +44,19 @@ class Ros2Settings:
         namespace: Namespace of relative topics; empty for none.
         use_sim_time: Whether the robot is simulated: time is that of the topic `/clock`.
         emergency_stop: Topic of an emergency stop (std_msgs/msg/Bool, true while pressed); empty for none.
-        messages: Folder with the definitions of own message types, such as `my_msgs/msg/Thing.msg`; empty for none.
+        messages: Folder with the definitions of own message types, such as `my_msgs/msg/Thing.msg`; None for none.
         go: Topic (std_msgs/msg/Bool) on which a person lets the robot move again; empty for none.
-
-    Raises:
-        InputError: A value is not valid; contains all faults.
     """
 
-    transport: str = "auto"
+    transport: Literal["auto", "rclpy", "dds"] = "auto"
     distro: str = "jazzy"
-    domain: int | None = None
-    network: str = "loopback"
-    namespace: str = ""
+    domain: Annotated[int, Bounds(0, MAX_DOMAIN)] | None = None
+    network: Literal["loopback", "lan"] = "loopback"
+    namespace: _Namespace = ""
     use_sim_time: bool = False
-    emergency_stop: str = ""
-    messages: str = ""
-    go: str = ""
-
-    def __post_init__(self) -> None:
-        faults = []
-        if self.transport not in TRANSPORTS:
-            faults.append(unknown("transport", self.transport, TRANSPORTS))
-        if self.network not in NETWORKS:
-            faults.append(unknown("network", self.network, NETWORKS))
-        if self.domain is not None and not 0 <= self.domain <= MAX_DOMAIN:
-            faults.append(Fault(f"domain must be 0 to {MAX_DOMAIN}, found {self.domain}."))
-        for what, name in (("namespace", self.namespace), ("emergency_stop", self.emergency_stop), ("go", self.go)):
-            if name:
-                faults += name_faults(what, name)
-        if faults:
-            raise InputError(*faults)
+    emergency_stop: _Topic = ""
+    messages: Path | None = None
+    go: _Topic = ""
 
     @property
     def domain_id(self) -> int:
@@ -81,25 +78,13 @@ class Ros2Settings:
         Raises:
             InputError: The name is not valid.
         """
-        if faults := name_faults("topic", name):
-            raise InputError(*faults)
+        if not is_ros_name(name):
+            raise InputError(Fault(f"'{name}' is not a valid topic.", hint=NAME_HINT))
         if name.startswith("/"):
             return name
         return "/" + "/".join(part for part in (self.namespace.strip("/"), name) if part)
 
     def definition(self, name: str) -> str | None:
         """Text of the definition of an own message type; None if the folder `messages` has none."""
-        file = Path(self.messages, *name.split("/")).with_suffix(".msg")
-        return read_text(file) if self.messages and is_file(file) else None
-
-    def within(self, namespace: str) -> Ros2Settings:
-        """Copy of these settings with another namespace."""
-        return replace(self, namespace=namespace)
-
-
-def name_faults(what: str, name: str) -> list[Fault]:
-    """Faults of the name of a topic or namespace, which may begin with a slash."""
-    if _NAME.match(name.removeprefix("/")) and "__" not in name:
-        return []
-    hint = "Use letters, digits and single underscores, and slashes between names; no name begins with a digit."
-    return [Fault(f"'{name}' is no valid {what}.", hint=hint)]
+        file = None if self.messages is None else self.messages.joinpath(*name.split("/")).with_suffix(".msg")
+        return None if file is None or not is_file(file) else read_text(file)

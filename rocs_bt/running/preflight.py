@@ -261,7 +261,8 @@ def _uses(agent: Agent, robot: RobotSpec) -> Mapping[str, list[str]]:
 
 def _source(spec: SensorSpec, robot: RobotSpec) -> str:
     """Text of where a sensor's values come from: the first of the keys `_SOURCES`; topics with their full names."""
-    found = next((spec.parameters[key] for key in _SOURCES if spec.parameters.get(key)), "")
+    given = spec.arguments
+    found = next((given[key] for key in _SOURCES if given.get(key)), "")
     names = [str(name) for name in (found if isinstance(found, (list, tuple)) else [found])]
     if robot.ros2 is not None and spec.driver == ROS2:
         names = [robot.ros2.topic(name) for name in names]

@@ -19,6 +19,7 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.driver import registered_driver
+from ..declare import positions_of
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
@@ -54,7 +55,7 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
         raise InputError(Fault(message, robot.file, device.line, hint=hint))
     if not is_reference(device.driver):
-        return Driver(device.driver, device.parameters)
+        return Driver(device.driver, device.arguments)
     wanted = MujocoSensor if isinstance(device, SensorSpec) else MujocoActuator
     cls = _class(catalog, robot, device)
     if not issubclass(cls, wanted):
@@ -79,7 +80,7 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
     if registered_driver(device.driver) is not None:
-        return Driver(device.driver, device.parameters)
+        return Driver(device.driver, device.arguments)
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
@@ -166,6 +167,5 @@ def _driver(cls: type, second: str, robot: RobotSpec, device: SensorSpec | Actua
         with running_class(cls):
             declared = class_parameters(cls, ("name", second))
         what = f"the driver {cls.__name__} of '{device.name}'"
-        return Driver(
-            cls, read_arguments(declared, device.parameters, what, file=robot.file, positions=device.positions)
-        )
+        positions = positions_of(device.arguments)
+        return Driver(cls, read_arguments(declared, device.arguments, what, file=robot.file, positions=positions))

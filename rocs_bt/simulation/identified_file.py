@@ -147,7 +147,7 @@ def model_hash(robot: RobotSpec) -> str:
         entries.append(make_entry(robot.beside(motion.driver.partition(":")[0]), "node", "file"))
     change = motion.limits.max_change
     # Those of each axis come from [locomotion], which is compared.
-    driver = [motion.driver, motion.parameters, None if isinstance(change, tuple) else change]
+    driver = [motion.driver, motion.arguments, None if isinstance(change, tuple) else change]
     text = json.dumps([content_hash(entries), driver], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -177,7 +177,7 @@ def _add_odometer(
         return
     locomotion = robot_locomotion(robot.locomotion)
     actuator = next(each for each in robot.actuators if each.name == robot.locomotion.actuator)
-    motors = {key: actuator.parameters[key] for key in ENCODED if key in actuator.parameters}
+    motors = {key: value for key, value in actuator.arguments.items() if key in ENCODED}
     travel = None
     if locomotion.wheels and "motors" in motors:
         travel = make_sensor(world, name, ODOMETER, "wheel_travel", {**motors, "counts": COUNTS}).sample

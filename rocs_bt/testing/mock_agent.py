@@ -11,6 +11,7 @@ from ..agent.wiring import LoadClass
 from ..base.clock import Clock, Rate
 from ..base.geometry import Pose2
 from ..catalog import RobotSpec, load_class
+from ..drivers import LidarParameters, RangeConeParameters
 from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
 from ..event import EventSink
 from ..interfaces.device import Sensor
@@ -65,16 +66,17 @@ def mock_devices(
     """
     world, locomotion = MockWorld(clock), robot_locomotion(spec.locomotion)
     mounts = {
-        site: Pose2(0.0, 0.0, math.tau * i / len(sites))
+        site: Pose2(0.0, 0.0, math.tau * i / len(s.parameters.sites))
         for s in spec.sensors
-        if isinstance(sites := s.parameters.get("sites"), (list, tuple))
-        for i, site in enumerate(sites)
+        if isinstance(s.parameters, RangeConeParameters)
+        for i, site in enumerate(s.parameters.sites)
     }
-    mounts |= {s.parameters["site"]: Pose2(0.0, 0.0, 0.0) for s in spec.sensors if "site" in s.parameters}
+    lidars = [s.parameters for s in spec.sensors if isinstance(s.parameters, LidarParameters)]
+    mounts |= {lidar.site: Pose2(0.0, 0.0, 0.0) for lidar in lidars}
     robot = MockRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts)
-    sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.parameters) for s in spec.sensors}
+    sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.arguments) for s in spec.sensors}
     actuators = {
-        a.name: a.guard(make_actuator(robot, a.name, a.driver, a.parameters), clock, period, sink, agent)
+        a.name: a.guard(make_actuator(robot, a.name, a.driver, a.arguments), clock, period, sink, agent)
         for a in spec.actuators
     }
     robot.gates.extend(actuators.values())

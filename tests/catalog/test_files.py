@@ -11,6 +11,7 @@ from rocs_bt.base.geometry import Twist2
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import Catalog, load_robot, robot_locomotion
 from rocs_bt.control.locomotion import Response
+from rocs_bt.declare import positions_of
 from rocs_bt.interfaces.safety import Landing, Limits
 
 
@@ -41,11 +42,11 @@ def test_a_robot_is_read_in_si_units(robot_file):
         "response": Response(),
     }
     sonar, position = robot.sensors
-    assert sonar.parameters == {
-        "sites": ["sonar0", "sonar1"],
+    assert sonar.arguments == {
+        "sites": ("sonar0", "sonar1"),
         "half_angle": math.pi / 12,
         "rays": 5,
-        "range": [0.1, 1.0],
+        "range": (0.1, 1.0),
     }
     assert (sonar.rate, sonar.noise, sonar.dimension, sonar.signal) == (20.0, 0.02, LENGTH, "sonar")
     assert (position.rate, position.noise, position.max_age) == (None, 0.0, None)
@@ -138,7 +139,7 @@ def test_the_parameters_of_a_users_own_driver_stay_as_they_are_until_its_class_i
         "wheel_radius": "9.75 cm",
     }
     line = next(i for i, text in enumerate(robot.read_text().splitlines(), 1) if text == "gain = 2.5")
-    assert found.positions["gain"] == (line, 1)
+    assert positions_of(found.parameters)["gain"] == (line, 1)
 
 
 LEGGED = """\

@@ -20,7 +20,7 @@ JACKAL = CATALOG.load_robot("jackal")
 
 def values(robot: RobotSpec, key: str) -> list[float]:
     devices = [*robot.sensors, *robot.actuators]
-    return [d.parameters[key] for d in devices if key in d.parameters]
+    return [d.arguments[key] for d in devices if key in d.arguments]
 
 
 def test_each_shipped_perturbation_changes_the_jackal_as_written() -> None:

@@ -10,7 +10,6 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.base.errors import InputError
-from rocs_bt.base.parameter import field_parameters
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
@@ -246,13 +245,13 @@ def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
 
 def test_every_drivers_parameters_are_documented():
     found = by_owner("Drivers")
-    assert found == {name: set(field_parameters(p)) for name, p in DRIVER_PARAMETERS.items()}
+    assert found == {name: {each.key for each in fields_of(p)} for name, p in DRIVER_PARAMETERS.items()}
 
 
 @pytest.mark.parametrize("kind", ["sensor", "actuator"])
 def test_every_key_of_the_driver_ros2_is_documented(kind):
-    declared = field_parameters(declared_parameters("ros2", kind))
-    assert keys(f"{kind.capitalize()}s with driver ros2") == set(declared)
+    declared = declared_parameters("ros2", kind)
+    assert keys(f"{kind.capitalize()}s with driver ros2") == {each.key for each in fields_of(declared)}
 
 
 def test_every_blocks_parameters_are_documented():

@@ -28,7 +28,7 @@ def make_world(tmp_path: Path, p3dx: RobotSpec) -> Callable[..., MujocoWorld]:
         arena = tmp_path / "arena.xml"
         arena.write_text(EMPTY.format(geoms))
         assert p3dx.model is not None
-        mounts = [SensorMount(s.name, s.driver, s.parameters) for s in p3dx.sensors]
+        mounts = [SensorMount(s.name, s.driver, s.arguments) for s in p3dx.sensors]
         robots = [RobotInstance("R2", p3dx.model, mounts), *(RobotInstance(name, p3dx.model) for name in others)]
         return compose_world(arena, robots, step=step)
 

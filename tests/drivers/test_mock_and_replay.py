@@ -13,7 +13,8 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError, UnknownName
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.locomotion_kinds import differential_drive
-from rocs_bt.drivers import DRIVER_PARAMETERS, mock, read_parameters
+from rocs_bt.declare import checked
+from rocs_bt.drivers import DRIVER_PARAMETERS, mock
 from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
 from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS
 from rocs_bt.drivers.parameters import RangeConeParameters
@@ -110,7 +111,7 @@ def test_unknown_drivers_and_mounts_list_what_exists() -> None:
 
 def test_all_faults_of_parameters_are_told_at_once() -> None:
     with pytest.raises(InputError) as error:
-        read_parameters(RangeConeParameters, {"sites": "sonar0", "beams": 3}, "sensor 's'")
+        checked(RangeConeParameters, {"sites": "sonar0", "beams": 3}, "sensor 's'")
     assert len(error.value.faults) == 3
 
 

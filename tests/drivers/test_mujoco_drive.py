@@ -21,7 +21,7 @@ MakeWorld = Callable[..., MujocoWorld]
 
 
 def wheels_of(world: MujocoWorld, p3dx: RobotSpec, robot: str = "R2") -> Actuator:
-    return make_actuator(world, robot, "wheels", "velocity", p3dx.actuators[0].parameters)
+    return make_actuator(world, robot, "wheels", "velocity", p3dx.actuators[0].arguments)
 
 
 def settle(world: MujocoWorld, wheels: Actuator, speeds: tuple[float, float]) -> None:
@@ -91,7 +91,7 @@ def test_it_brakes_as_fast_as_its_electronics_allow(make_world: MakeWorld, p3dx:
 def test_encoders_tell_rim_speeds_and_mind_the_signs(make_world: MakeWorld, p3dx: RobotSpec) -> None:
     world = make_world()
     settle(world, wheels_of(world, p3dx), (0.3, -0.1))
-    parameters = next(s for s in p3dx.sensors if s.name == "encoders").parameters
+    parameters = next(s for s in p3dx.sensors if s.name == "encoders").arguments
     plain = make_sensor(world, "R2", "encoders", "wheel_speed", parameters)
     assert plain.read().values == pytest.approx([0.3, -0.1], abs=2e-3)
     turned = make_sensor(world, "R2", "encoders", "wheel_speed", {**parameters, "signs": [1, -1]})
@@ -100,7 +100,7 @@ def test_encoders_tell_rim_speeds_and_mind_the_signs(make_world: MakeWorld, p3dx
 
 def test_a_motor_mounted_the_other_way_round_goes_the_other_way(make_world: MakeWorld, p3dx: RobotSpec) -> None:
     world = make_world()
-    parameters = {**p3dx.actuators[0].parameters, "signs": [1, -1]}
+    parameters = {**p3dx.actuators[0].arguments, "signs": [1, -1]}
     settle(world, make_actuator(world, "R2", "wheels", "velocity", parameters), (0.2, -0.2))
     assert world.twist("R2").forward == pytest.approx(0.2, abs=2e-3)
     assert world.twist("R2").turn == pytest.approx(0.0, abs=2e-3)
@@ -138,11 +138,11 @@ def test_unknown_names_list_what_exists(make_world: MakeWorld, p3dx: RobotSpec) 
         world.pose("R3")
     with pytest.raises(UnknownName, match=r"no actuator driver is named 'servo'.*velocity"):
         make_actuator(world, "R2", "wheels", "servo", {})
-    parameters = {**p3dx.actuators[0].parameters, "motors": ["left_moter", "right_motor"]}
+    parameters = {**p3dx.actuators[0].arguments, "motors": ["left_moter", "right_motor"]}
     with pytest.raises(UnknownName, match=r"'left_moter'.*Did you mean 'left_motor'"):
         make_actuator(world, "R2", "wheels", "velocity", parameters)
-    with pytest.raises(InputError, match="wheel_radius must be positive"):
-        make_actuator(world, "R2", "wheels", "velocity", {**p3dx.actuators[0].parameters, "wheel_radius": 0.0})
+    with pytest.raises(InputError, match=r"wheel_radius of .* must be positive"):
+        make_actuator(world, "R2", "wheels", "velocity", {**p3dx.actuators[0].arguments, "wheel_radius": 0.0})
 
 
 def test_place_puts_a_robot_there_at_rest(make_world: MakeWorld, p3dx: RobotSpec) -> None:

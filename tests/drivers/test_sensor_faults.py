@@ -173,11 +173,11 @@ def test_wheels_that_slip_lose_that_share_of_the_travel_and_encoders_do_not_see_
 @pytest.mark.parametrize(
     ("driver", "wrong", "said"),
     [
-        ("lidar", {**LIDAR, "missing_echo": 1.2}, "missing_echo must be a probability"),
-        ("range_cone", {**CONES, "missing_echo": -0.1}, "missing_echo must be a probability"),
-        ("lidar", {**LIDAR, "sweep": -0.1}, "sweep must be 0 to 1 s"),
-        ("position", {"drift": -1.0}, "drift and jump must be 0 or more"),
-        ("orientation", {"jump": 0.1, "jump_every": 0.0}, "jump_every must be positive"),
+        ("lidar", {**LIDAR, "missing_echo": 1.2}, "missing_echo of .* must be between 0 and 1"),
+        ("range_cone", {**CONES, "missing_echo": -0.1}, "missing_echo of .* must be between 0 and 1"),
+        ("lidar", {**LIDAR, "sweep": -0.1}, "sweep of .* must be between 0 and 1 s"),
+        ("position", {"drift": -1.0}, "drift of .* must be at least 0 m"),
+        ("orientation", {"jump": 0.1, "jump_every": 0.0}, "jump_every of .* must be positive"),
         ("velocity", {**WHEELS, "slip": [0.1, 0.2]}, "one share for all wheels or one for each of 4"),
         ("velocity", {**WHEELS, "slip": [1.0]}, "at least 0 and below 1"),
     ],

@@ -162,7 +162,7 @@ def test_the_header_has_the_limits_that_each_guard_meets_and_which_sensor_writes
     run("exp3", seed=1, duration=0.2, out=tmp_path, report=False)
     for agent in Recording.open(tmp_path).header.agents:
         robot = Catalog.here().load_robot(agent.robot)
-        ranges = {sensor.name: sensor.parameters["range"] for sensor in robot.sensors if "range" in sensor.parameters}
+        ranges = {sensor.name: sensor.arguments["range"] for sensor in robot.sensors if "range" in sensor.arguments}
         writes = {sensor.name: sensor.signals for sensor in agent.sensors}
         assert ranges
         for guard in agent.guards:

@@ -42,7 +42,7 @@ def make_world(tmp_path: Path) -> MakeWorld:
 
 def drive_for(world: MujocoWorld, spec: RobotSpec, twist: Twist2, seconds: float, name: str = "R") -> None:
     """Command the wheel speeds of a twist and let the world run."""
-    wheels = make_actuator(world, name, "wheels", "velocity", spec.actuators[0].parameters)
+    wheels = make_actuator(world, name, "wheels", "velocity", spec.actuators[0].arguments)
     wheels.command(robot_locomotion(spec.locomotion).command(twist).tolist())
     world.advance(round(seconds / 0.005))
 

@@ -198,7 +198,7 @@ def test_the_preflight_check_shows_a_clock_that_is_ahead(network, node, capsys, 
 
 
 def test_the_number_of_values_may_not_change(network, node):
-    many = sensor(node, type=ARRAY, topic="a", values=("data",))
+    many = sensor(node, type=ARRAY, topic="a", paths=("data",))
     network.send("/r1/a", ARRAY, data=[1.0, 2.0])
     assert list(many.read().values) == [1.0, 2.0]
     network.send("/r1/a", ARRAY, data=[1.0])
@@ -209,9 +209,9 @@ def test_the_number_of_values_may_not_change(network, node):
 @pytest.mark.parametrize(
     ("keys", "good", "fields"),
     [
-        ({"type": ARRAY, "values": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0]}),
-        ({"type": ARRAY, "values": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0] * 3}),
-        ({"type": ARRAY, "values": ("data[1]", "layout.data_offset")}, [2.0, 0.0], {"data": [1.0]}),
+        ({"type": ARRAY, "paths": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0]}),
+        ({"type": ARRAY, "paths": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0] * 3}),
+        ({"type": ARRAY, "paths": ("data[1]", "layout.data_offset")}, [2.0, 0.0], {"data": [1.0]}),
     ],
 )
 def test_the_declared_number_of_values_holds_from_the_first_message(network, node, keys, good, fields):
@@ -233,12 +233,12 @@ def test_the_declared_number_of_values_holds_from_the_first_message(network, nod
     ],
 )
 def test_the_number_of_values_of_fields_comes_from_their_types(type, values, length, size):
-    given = Ros2SensorParameters(type=type, topic="a", values=values, length=length)
+    given = Ros2SensorParameters(type=type, topic="a", paths=values, length=length)
     assert given.message_size(TYPES) == size
 
 
 def test_a_wrong_number_of_values_is_refused():
-    given = Ros2SensorParameters(type=ODOMETRY, topic="a", values=("pose.covariance",), length=6)
+    given = Ros2SensorParameters(type=ODOMETRY, topic="a", paths=("pose.covariance",), length=6)
     with pytest.raises(InputError, match="length is 6, but the fields of nav_msgs/msg/Odometry have 36 values"):
         given.message_size(TYPES)
 

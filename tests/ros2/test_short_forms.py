@@ -213,8 +213,8 @@ def test_a_scan_that_does_not_fit_is_a_fault(fields, text):
         ("sensor_msgs/msg/JointState", {"name": ["a", "c"]}, {"joints": ("a", "b")}, "no joint 'b', but a, c"),
         ("sensor_msgs/msg/JointState", {"name": ["a"]}, {"joints": ("a",)}, "velocity has 0 values for 1 joints"),
         ("sensor_msgs/msg/Imu", {"orientation_covariance": [-1.0] + [0.0] * 8}, {"take": "attitude"}, "does not estim"),
-        ("geometry_msgs/msg/Polygon", {"points": []}, {"values": ("points[1].x",)}, "the array has 0 elements"),
-        ("std_msgs/msg/String", {"data": "a"}, {"values": ("data",)}, "has no numbers, found 'a'"),
+        ("geometry_msgs/msg/Polygon", {"points": []}, {"paths": ("points[1].x",)}, "the array has 0 elements"),
+        ("std_msgs/msg/String", {"data": "a"}, {"paths": ("data",)}, "has no numbers, found 'a'"),
     ],
 )
 def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
@@ -232,4 +232,4 @@ def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
 )
 def test_a_path_is_checked_against_the_type(path, text):
     with pytest.raises(InputError, match=text):
-        Ros2SensorParameters(type=SCAN, topic="t", values=(path,)).make_take(TYPES)
+        Ros2SensorParameters(type=SCAN, topic="t", paths=(path,)).make_take(TYPES)

@@ -11,11 +11,12 @@ import pytest
 
 import rocs_bt
 from benchmarks.paper.reuse import diff
+from rocs_bt.declare import fields_of
 from rocs_bt.ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
 
-OF_ROS = {f.name for cls in (Ros2SensorParameters, Ros2ActuatorParameters) for f in dataclasses.fields(cls)}
+OF_ROS = {f.key for cls in (Ros2SensorParameters, Ros2ActuatorParameters) for f in fields_of(cls)}
 KEYS = {"driver", "isolated", *OF_ROS} - {"rays", "span"}  # those also belong to a simulated scanner
 CHANGES = {"transport": "dds", "lidar_stamp": "source"}  # the stamps of headers are simulated time
 DRIVERS = {

@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.errors import DeviceError
+from ...declare import Value, checked
 from ...interfaces.device import Actuator
-from ..parameters import VelocityParameters, driver_class, read_parameters
+from ..parameters import VelocityParameters, driver_class
 from .mount import Mount
 from .world import MujocoWorld
 
@@ -26,10 +27,10 @@ class MujocoActuator(Actuator):
 
     Attributes:
         mount: Robot and world of the actuator.
-        declares: Dataclass that declares the keys of a shipped driver; None for a user's driver.
+        declares: Class that declares the keys of a shipped driver; None for a user's driver.
     """
 
-    declares: ClassVar[type | None] = None
+    declares: ClassVar[type[Value] | None] = None
 
     def __init__(self, name: str, size: int, mount: Mount) -> None:
         super().__init__(name, size)
@@ -64,7 +65,7 @@ class Velocity(MujocoActuator):
     declares = VelocityParameters
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        wanted = read_parameters(VelocityParameters, parameters, f"velocity actuator '{name}'")
+        wanted = checked(VelocityParameters, parameters, f"velocity actuator '{name}'")
         super().__init__(name, len(wanted.motors), mount)
         self._factors = wanted.factors
         max_change = wanted.max_acceleration / wanted.wheel_radius

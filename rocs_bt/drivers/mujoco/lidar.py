@@ -12,9 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.errors import InputError, unknown
+from ...declare import checked
 from ...interfaces.device import Reading
 from ...record.header import Fan
-from ..parameters import LidarParameters, read_parameters
+from ..parameters import LidarParameters
 from .mount import Mount
 from .sensor import MujocoSensor
 
@@ -102,7 +103,7 @@ class Lidar(MujocoSensor):
 
 
 def _read(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> LidarParameters:
-    return read_parameters(LidarParameters, parameters, f"lidar '{name}'", among=among)
+    return checked(LidarParameters, parameters, f"lidar '{name}'", among=among)
 
 
 Indices = npt.NDArray[np.intp]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from ...declare import Value
 from ...interfaces.device import Reading, Sensor
 from ..common import Delivery
 from .mount import Mount
@@ -22,10 +23,10 @@ class MujocoSensor(Sensor):
 
     Attributes:
         mount: Robot, world and noise.
-        declares: Dataclass that declares the keys of a shipped driver; None for a user's driver.
+        declares: Class that declares the keys of a shipped driver; None for a user's driver.
     """
 
-    declares: ClassVar[type | None] = None
+    declares: ClassVar[type[Value] | None] = None
 
     def __init__(self, name: str, mount: Mount) -> None:
         super().__init__(name)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...base.errors import InputError, unknown
 from ...base.geometry import Pose2, wrap_angle
+from ...declare import checked
 from ...interfaces.message import MessageQueue, packed
 from ...record.header import Beam
 from ..common import BatteryModel, GyroModel, PoseError, RobotSensorModel, TwistModel
@@ -28,7 +29,6 @@ from ..parameters import (
     WheelSpeedParameters,
     WheelTravelParameters,
     driver_class,
-    read_parameters,
 )
 from .lidar import Lidar
 from .mount import Mount
@@ -69,7 +69,7 @@ class Position(PoseSensor):
     declares = PositionParameters
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        given = read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
+        given = checked(PositionParameters, parameters, f"position sensor '{name}'")
         super().__init__(name, mount, given, 2)
 
     def sample(self) -> list[float]:
@@ -88,7 +88,7 @@ class Orientation(PoseSensor):
     declares = OrientationParameters
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        given = read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
+        given = checked(OrientationParameters, parameters, f"orientation sensor '{name}'")
         super().__init__(name, mount, given, 1)
 
     def sample(self) -> list[float]:
@@ -103,7 +103,7 @@ class TwistSensor(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self._model = TwistModel(read_parameters(TwistParameters, parameters, f"twist sensor '{name}'"), mount.rng)
+        self._model = TwistModel(checked(TwistParameters, parameters, f"twist sensor '{name}'"), mount.rng)
         if mount.noise > 0.0:
             raise InputError(f"twist sensor '{name}' does not take 'noise'. Use speed_noise and turn_noise.")
 
@@ -119,7 +119,7 @@ class Attitude(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        read_parameters(AttitudeParameters, parameters, f"attitude sensor '{name}'")
+        checked(AttitudeParameters, parameters, f"attitude sensor '{name}'")
 
     def sample(self) -> list[float]:
         pose = self.mount.world.pose3(self.mount.robot)
@@ -133,7 +133,7 @@ class Height(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        read_parameters(HeightParameters, parameters, f"height sensor '{name}'")
+        checked(HeightParameters, parameters, f"height sensor '{name}'")
 
     def sample(self) -> list[float]:
         return self.mount.world.position(self.mount.robot)[2:]
@@ -146,7 +146,7 @@ class WheelSpeed(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self.parameters = read_parameters(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
+        self.parameters = checked(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
         self.motors = mount.world.motors(mount.robot, self.parameters.motors)
         self._factors = self.parameters.factors
 
@@ -162,7 +162,7 @@ class WheelTravel(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self.parameters = read_parameters(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
+        self.parameters = checked(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
         self.motors = mount.world.motors(mount.robot, self.parameters.motors)
 
     def sample(self) -> list[float]:
@@ -176,7 +176,7 @@ class Gyro(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self.parameters = read_parameters(GyroParameters, parameters, f"gyro '{name}'")
+        self.parameters = checked(GyroParameters, parameters, f"gyro '{name}'")
         self._model = GyroModel(self.parameters, mount.rng)
 
     def sample(self) -> list[float]:
@@ -262,7 +262,7 @@ class RobotSensor(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self.parameters = read_parameters(RobotSensorParameters, parameters, f"robot_sensor '{name}'")
+        self.parameters = checked(RobotSensorParameters, parameters, f"robot_sensor '{name}'")
         if mount.noise > 0.0:
             raise InputError(f"robot_sensor '{name}' does not take 'noise'. Use range_noise and bearing_noise.")
         self._model = RobotSensorModel(self.parameters, mount.rng)
@@ -283,7 +283,7 @@ class MailboxSensor(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        read_parameters(MailboxParameters, parameters, f"mailbox '{name}'")
+        checked(MailboxParameters, parameters, f"mailbox '{name}'")
         self.message_queue = MessageQueue()
 
     def sample(self) -> list[float]:
@@ -297,7 +297,7 @@ class Battery(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        given = read_parameters(BatteryParameters, parameters, f"battery '{name}'")
+        given = checked(BatteryParameters, parameters, f"battery '{name}'")
         self._model = BatteryModel(given, mount.world.stamp, mount.world.places)
 
     def sample(self) -> list[float]:
@@ -360,7 +360,7 @@ def make_sensor(
 
 
 def _cones(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> RangeConeParameters:
-    return read_parameters(RangeConeParameters, parameters, f"range_cone sensor '{name}'", among=among)
+    return checked(RangeConeParameters, parameters, f"range_cone sensor '{name}'", among=among)
 
 
 def _axis(quat: Any) -> list[float]:

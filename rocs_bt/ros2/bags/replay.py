@@ -14,7 +14,7 @@ from ...base.clock import Rate, SimulatedClock
 from ...base.errors import DeviceError, Fault, InputError, RecordingError
 from ...base.words import listed
 from ...catalog import Catalog, RateSpec, RobotSpec, SensorSpec
-from ...drivers import ROS2, Ros2Settings, read_parameters
+from ...drivers import Ros2Settings
 from ...drivers.host import Host
 from ...event import BodyMoved, EventSink, OutcomeDecided
 from ...plan import Mission, Plan
@@ -126,9 +126,8 @@ def _topics(robot: RobotSpec, settings: Ros2Settings, bag: Bag) -> dict[str, tup
     faults = []
     for sensor in robot.sensors:
         found[sensor.name] = ()
-        if sensor.driver != ROS2:
+        if not isinstance(given := sensor.parameters, Ros2SensorParameters):
             continue
-        given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
         topics = tuple(settings.topic(topic) for topic in given.all_topics)
         wrong = [_misfit(sensor, topic, given.type, bag) for topic in topics]
         if not any(wrong):

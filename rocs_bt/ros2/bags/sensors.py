@@ -10,7 +10,7 @@ from typing import Any
 from ... import event as ev
 from ...base.geometry import Pose3
 from ...catalog import RobotSpec, SensorSpec
-from ...drivers import DRIVER_PARAMETERS, ROS2, read_parameters
+from ...drivers import LidarParameters, RangeConeParameters
 from ...record import BodyInfo
 from ..devices.parameters import Ros2SensorParameters
 from ..messages.names import BASE, MAP
@@ -144,7 +144,7 @@ class SensorTopics:
     def _open(self, sensor: str, spec: SensorSpec | None) -> None:
         """Add the topics of a sensor; none for one without a standard message."""
         body, names, driver = self._body, self._names, spec.driver if spec else ""
-        if spec and driver == ROS2 and (given := _keys(spec)).taken:
+        if spec and isinstance(given := spec.parameters, Ros2SensorParameters) and given.taken:
             channel, factors = self._channel(spec, given), [given.scale(spec.scale)] * (given.size or 0)
             ends = (given.frame, given.child) if "frame" in given.keys else ()
             for topic in given.all_topics:
@@ -152,7 +152,8 @@ class SensorTopics:
                 self._add(sensor, topic, given.type, part, *ends)
         elif fan := body.fans.get(sensor):
             first, limits = -fan.step * (fan.rays - 1) / 2.0, self._limits(spec, fan.reach)
-            times = (1.0 / (spec.rate or math.inf), spec.parameters.get("sweep", 0.0)) if spec else (0.0, 0.0)
+            sweep = spec.parameters.sweep if spec and isinstance(spec.parameters, LidarParameters) else 0.0
+            times = (1.0 / (spec.rate or math.inf) if spec else 0.0, sweep)
             channel = Channel(names.frame(sensor), first=first, step=fan.step, limits=limits, times=times)
             topic = "scan" if len(body.fans) == 1 else f"scan/{sensor}"
             self._add(sensor, topic, SCAN, _Part("ranges", channel, [1.0] * fan.rays), sensor)
@@ -164,7 +165,7 @@ class SensorTopics:
             part = _Part("turn_rate", Channel(names.frame(BASE)), [1.0])
             self._add(sensor, self._alone("imu", spec, "gyro"), IMU, part, sensor)
         elif spec and driver in _WHEELS:
-            wheels: Any = read_parameters(DRIVER_PARAMETERS[driver], spec.parameters, f"sensor '{sensor}'")
+            wheels: Any = spec.parameters
             channel = Channel(names=[self._joints.get(motor, motor) for motor in wheels.motors])
             part = _Part(_WHEELS[driver], channel, wheels.factors)
             self._add(sensor, self._alone("joint_states", spec, *_WHEELS), JOINTS, part, sensor)
@@ -198,20 +199,14 @@ class SensorTopics:
 
     def _limits(self, spec: SensorSpec | None, reach: float) -> tuple[float, float]:
         """Minimum and maximum range of a sensor [m]."""
-        match spec.parameters.get("range") if spec else None:
-            case (float(least), *_):
-                return least, reach
-        return 0.0, reach  # the keys of a driver of the user have any form
+        given = spec.parameters if spec else None
+        return (given.range[0] if isinstance(given, (LidarParameters, RangeConeParameters)) else 0.0), reach
 
     def _beam_names(self, sensor: str) -> Sequence[str]:
         """Names of the beams of a sensor: its sites if known."""
         count, spec = len(self._body.beams[sensor]), self._sensors.get(sensor)
-        sites = spec.parameters.get("sites", ()) if spec else ()
+        sites = spec.parameters.sites if spec and isinstance(spec.parameters, RangeConeParameters) else ()
         return sites if len(sites) == count else [f"{sensor}{i}" for i in range(count)]
-
-
-def _keys(spec: SensorSpec) -> Ros2SensorParameters:
-    return read_parameters(Ros2SensorParameters, spec.parameters, f"sensor '{spec.name}'")
 
 
 def _width(named: tuple[str, _Part]) -> tuple[float, int]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ...base.errors import Fault, InputError
 from ...catalog import RobotSpec
-from ...drivers import ROS2, Ros2Settings, read_parameters
+from ...drivers import Ros2Settings
 from ..messages.message_types import MessageTypes
 from ..network.rclpy_transport import definition
 from .parameters import Ros2SensorParameters
@@ -15,18 +15,17 @@ from .parameters import Ros2SensorParameters
 
 def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     """Check the message types of a robot's sensors against its distribution of ROS 2; nothing is connected."""
-    sensors = [sensor for sensor in robot.sensors if sensor.driver == ROS2]
+    sensors = [(s, s.parameters) for s in robot.sensors if isinstance(s.parameters, Ros2SensorParameters)]
     if not sensors or importlib.util.find_spec("rosbags") is None:
         return
     settings = robot.ros2 or Ros2Settings()
     try:
         types = MessageTypes(settings.distro, lambda name: settings.definition(name) or definition(name))
     except InputError as error:  # an unknown distribution
-        yield from error.at(robot.file, *robot.positions.get("ros2.distro", (0, 0))).faults
+        yield from error.at(robot.file, *settings.place("distro")[1:]).faults
         return
-    for sensor in sensors:
+    for sensor, given in sensors:
         try:
-            given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
             given.make_take(types)
             given.message_size(types)
         except InputError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from ...catalog.driver import RegisteredDriver
 from .parameters import Ros2ActuatorParameters, Ros2SensorParameters
@@ -17,23 +17,21 @@ if TYPE_CHECKING:
 
 
 def _sensor(robot: RobotSpec, spec: SensorSpec, host: Host, rate: Rate) -> SensorNode:
-    from ...drivers import read_parameters
     from ..settings import Ros2Settings
     from .actuator_node import shared_node
     from .sensor_node import SensorNode
 
-    given = read_parameters(Ros2SensorParameters, spec.parameters, f"sensor '{spec.name}'")
+    given = cast(Ros2SensorParameters, spec.parameters)
     node = shared_node(robot.ros2 or Ros2Settings(), host)
     return SensorNode(spec.name, node, given, given.scale(spec.scale), spec.validity(rate.period))
 
 
 def _actuator(robot: RobotSpec, spec: ActuatorSpec, isolated: bool) -> ActuatorNodeMaker:
     from ...catalog import robot_locomotion
-    from ...drivers import read_parameters
     from ..settings import Ros2Settings
     from .actuator_node import ActuatorNodeMaker, isolated_node
 
-    given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
+    given = cast(Ros2ActuatorParameters, spec.parameters)
     locomotion = robot_locomotion(robot.locomotion)
     made = ActuatorNodeMaker(spec.name, robot.ros2 or Ros2Settings(), given, locomotion)
     return replace(made, node=isolated_node(spec.name)) if isolated else made

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Literal
 
-from ...base.errors import Fault, InputError, unknown
-from ...base.units import Metres, Radians
+from ...base.errors import Fault, InputError, did_you_mean
+from ...base.units import ANGLE, Bounds, Metres
+from ...declare import Key, OneOf, Valid, Value, Wrong
 from ..messages.field_path import FieldPath
 from ..messages.message_types import MessageTypes
 from ..messages.takes import Take
 from ..messages.topics import TOPICS, TRANSFORMS, Topic
 from ..network.qos import QoS
-from ..settings import name_faults
+from ..settings import NAME_HINT, is_ros_name
 
 TWIST = "geometry_msgs/msg/Twist"
 TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
@@ -22,16 +23,14 @@ ARRAY = "std_msgs/msg/Float64MultiArray"
 ACTUATOR_TYPES = (TWIST, TWIST_STAMPED, ARRAY)
 """Message types of actuators."""
 
-STAMPS = ("source", "header")
-ZEROS = ("minimum", "no_echo", "invalid")
-NANS = ("invalid", "no_echo")
+_Topic = Annotated[str, Valid(is_ros_name, "a valid topic", NAME_HINT)]
+_Depth = Annotated[int, Bounds(1)]
 
 MAX_RAYS = 4000
 """Maximum number of rays that are taken from a scan."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ros2SensorParameters:
+class Ros2SensorParameters(Value):
     """Sensor that reads a topic of ROS 2.
 
     Attributes:
@@ -39,8 +38,8 @@ class Ros2SensorParameters:
         topic: Name of the topic; a relative one is in the namespace of the `[ros2]` table.
         topics: Names of several topics of the same type, in place of `topic`; their values are concatenated.
         take: Value that is taken from a message with a short form (`TOPICS`); by default the first.
-        values: Paths to fields, such as `pose.pose.position.x`, in place of `take`.
-        length: Number of values of a message, for `values` with an array of variable length; by default that of the
+        paths: Key `values`: paths to fields, such as `pose.pose.position.x`, in place of `take`.
+        length: Number of values of a message, for `paths` with an array of variable length; by default that of the
             first message.
         reliability: Requested reliability: `reliable` or `best_effort`.
         durability: Requested durability: `volatile`, or `transient_local` for a latched topic.
@@ -61,19 +60,19 @@ class Ros2SensorParameters:
     """
 
     type: str
-    topic: str = ""
-    topics: tuple[str, ...] = ()
+    topic: _Topic = ""
+    topics: tuple[_Topic, ...] = ()
     take: str = ""
-    values: tuple[str, ...] = ()
-    length: int = 0
-    reliability: str = ""
-    durability: str = "volatile"
-    depth: int = 5
-    stamp: str = "source"
-    rays: int = 0
-    span: Radians = 0.0
-    zero: str = "minimum"
-    nan: str = "invalid"
+    paths: Annotated[tuple[str, ...], Key("values")] = ()
+    length: Annotated[int, Bounds(0)] = 0
+    reliability: Literal["", "reliable", "best_effort"] = ""
+    durability: Literal["volatile", "transient_local"] = "volatile"
+    depth: _Depth = 5
+    stamp: Literal["source", "header"] = "source"
+    rays: Annotated[int, Bounds(0, MAX_RAYS)] = 0
+    span: Annotated[float, ANGLE, Bounds(0.0, math.tau)] = 0.0
+    zero: Literal["minimum", "no_echo", "invalid"] = "minimum"
+    nan: Literal["invalid", "no_echo"] = "invalid"
     joints: tuple[str, ...] = ()
     wheel_radius: Metres = 1.0
     words: tuple[str, ...] = ()
@@ -81,54 +80,46 @@ class Ros2SensorParameters:
     frame: str = "map"
     child: str = "base_link"
 
-    def __post_init__(self) -> None:
-        faults = [fault for topic in self.all_topics for fault in name_faults("topic", topic)]
+    def check(self) -> Iterator[Wrong]:
+        """Faults of keys that exclude or need each other, and of what cannot be taken from the messages."""
         if bool(self.topic) == bool(self.topics):
-            faults.append(Fault("one of topic and topics is needed.", hint='Write topic = "scan".'))
-        faults += self._take_faults()
-        if self.stamp not in STAMPS:
-            faults.append(unknown("stamp", self.stamp, STAMPS))
-        if self.zero not in ZEROS:
-            faults.append(unknown("meaning of zero", self.zero, ZEROS))
-        if self.nan not in NANS:
-            faults.append(unknown("meaning of NaN", self.nan, NANS))
-        if (self.zero, self.nan) != (ZEROS[0], NANS[0]) and "zero" not in self.keys:
-            types = " and ".join(topic.type.rpartition("/")[2] for topic in TOPICS.values() if "zero" in topic.keys)
-            faults.append(Fault(f"zero and nan are for the short forms of {types}.", hint="Omit them."))
-        try:
-            self.qos  # noqa: B018 - checks the policies
-            for path in self.values:
+            yield Wrong(None, "one of topic and topics is needed.", 'Write topic = "scan".')
+        if self.paths and self.take:
+            yield Wrong("take", "take and values exclude each other.")
+        if self.length and not self.paths:
+            yield Wrong("length", "length is for values.", 'Write values = ["data"] and length = 4.')
+        for key, default in (("zero", "minimum"), ("nan", "invalid")):
+            if (self.form or self.paths) and getattr(self, key) != default and key not in self.keys:
+                types = " and ".join(topic.type.rpartition("/")[2] for topic in TOPICS.values() if key in topic.keys)
+                yield Wrong(key, f"{key} is for the short forms of {types}.", "Omit it.")
+        for path in self.paths:
+            try:
                 FieldPath(path)
-        except InputError as error:
-            faults += error.faults
-        if faults:
-            raise InputError(*faults)
+            except InputError as error:
+                yield from (Wrong("values", fault.message, fault.hint) for fault in error.faults)
+        if not self.paths:
+            yield from self._short_form()
 
-    def _take_faults(self) -> list[Fault]:
-        if self.type not in TOPICS and not self.values:
+    def _short_form(self) -> Iterator[Wrong]:
+        if self.form is None:
             hint = f'Write values = ["a.b", "c[0]"]. Types with a short form: {", ".join(TOPICS)}.'
-            return [Fault(f"'{self.type}' has no short form: values is needed.", hint=hint)]
-        faults = []
-        if self.take and self.values:
-            faults.append(Fault("take and values exclude each other."))
-        if self.length < 0 or (self.length and not self.values):
-            faults.append(Fault("length is for values, and positive.", hint='Write values = ["data"] and length = 4.'))
-        if self.take and self.type in TOPICS and self.take not in TOPICS[self.type].sizes:
-            faults.append(unknown("value to take", self.take, TOPICS[self.type].sizes, f"'{self.type}'"))
-        if "rays" in self.keys and not (2 <= self.rays <= MAX_RAYS and 0.0 < self.span <= math.tau):
+            yield Wrong("type", f"'{self.type}' has no short form: values is needed.", hint)
+        elif self.take and self.take not in self.form.sizes:
+            hint = did_you_mean(self.take, self.form.sizes, f"'{self.type}'")
+            yield Wrong("take", f"no value to take is named '{self.take}'.", hint)
+        if "rays" in self.keys and (self.rays < 2 or not self.span):
             found = f"{self.rays} and {math.degrees(self.span):.4g} deg"
             message = f"a scan needs rays (2 to {MAX_RAYS}) and span (up to 360 deg), found {found}."
-            faults.append(Fault(message, hint='Write rays = 360 and span = "359 deg".'))
+            yield Wrong("rays" if self.rays else None, message, 'Write rays = 360 and span = "359 deg".')
         if "joints" in self.keys and not self.joints:
-            faults.append(Fault("joints is needed, the names of the joints.", hint='Write joints = ["left", "right"].'))
+            yield Wrong(None, "joints is needed, the names of the joints.", 'Write joints = ["left", "right"].')
         if "words" in self.keys and not self.words:
-            faults.append(Fault("words is needed, the texts that the topic can have."))
-        return faults
+            yield Wrong(None, "words is needed, the texts that the topic can have.")
 
     @property
     def form(self) -> Topic | None:
-        """Short form of the messages; None if `values` lists fields, or there is none."""
-        return None if self.values else TOPICS.get(self.type)
+        """Short form of the messages; None if `paths` lists fields, or there is none."""
+        return None if self.paths else TOPICS.get(self.type)
 
     @property
     def keys(self) -> Sequence[str]:
@@ -149,13 +140,13 @@ class Ros2SensorParameters:
 
     @property
     def taken(self) -> str:
-        """Value that is taken from a message; empty if `values` lists fields."""
+        """Value that is taken from a message; empty if `paths` lists fields."""
         return "" if self.form is None else self.take or next(iter(self.form.sizes))
 
     def scale(self, declared: float) -> float:
         """Factor from the numbers of a message to the values of a reading, for that of the sensor's `unit`.
 
-        `unit` is the unit of fields (`values`) and of a Float64; all other short forms are in SI by definition.
+        `unit` is the unit of fields (`paths`) and of a Float64; all other short forms are in SI by definition.
         """
         if self.form is None or self.form.scale == "unit":
             return declared
@@ -178,9 +169,9 @@ class Ros2SensorParameters:
         Raises:
             InputError: `length` is not the number of values of the fields.
         """
-        if self.size is not None and not self.values:
+        if self.size is not None and not self.paths:
             return self.size // len(self.all_topics)
-        sizes = [FieldPath(text).size(types, self.type) for text in self.values]
+        sizes = [FieldPath(text).size(types, self.type) for text in self.paths]
         known, fixed = sum(size or 0 for size in sizes), None not in sizes
         if self.length and (self.length < known or (fixed and self.length != known)):
             raise InputError(Fault(f"length is {self.length}, but the fields of {self.type} have {known} values."))
@@ -195,14 +186,13 @@ class Ros2SensorParameters:
         types.message(self.type)
         if self.form is not None:
             return self.form.take(self.taken, **{key: getattr(self, key) for key in self.form.keys})
-        paths = [FieldPath(text) for text in self.values]
+        paths = [FieldPath(text) for text in self.paths]
         for path in paths:
             path.check(types, self.type)
         return lambda message: [value for path in paths for value in path.numbers(message)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ros2ActuatorParameters:
+class Ros2ActuatorParameters(Value):
     """Actuator that publishes its commands on a topic of ROS 2.
 
     A twist is that of the robot's locomotion for the command, so wheels keep their limits.
@@ -216,25 +206,17 @@ class Ros2ActuatorParameters:
         depth: Number of messages that are kept.
     """
 
-    topic: str
-    type: str = TWIST_STAMPED
+    topic: _Topic
+    type: Annotated[str, OneOf(ACTUATOR_TYPES)] = TWIST_STAMPED
     frame: str = "base_link"
     scale: float = 1.0
-    reliability: str = "reliable"
-    depth: int = 1
+    reliability: Literal["reliable", "best_effort"] = "reliable"
+    depth: _Depth = 1
 
-    def __post_init__(self) -> None:
-        faults = name_faults("topic", self.topic)
-        if self.type not in ACTUATOR_TYPES:
-            faults.append(unknown("message type of actuators", self.type, ACTUATOR_TYPES))
-        if not (math.isfinite(self.scale) and self.scale != 0.0):
-            faults.append(Fault(f"scale must be finite and not 0, found {self.scale:g}."))
-        try:
-            self.qos  # noqa: B018 - checks the policies
-        except InputError as error:
-            faults += error.faults
-        if faults:
-            raise InputError(*faults)
+    def check(self) -> Iterator[Wrong]:
+        """Fault of a factor that no command would pass."""
+        if self.scale == 0.0:
+            yield Wrong("scale", "scale must be finite and not 0, found 0.")
 
     @property
     def qos(self) -> QoS:

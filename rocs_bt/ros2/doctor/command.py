@@ -24,6 +24,7 @@ def examine_ros2(robot: str | None, network: str, duration: float) -> int:
     Raises:
         InputError: The robot is invalid or has no ROS 2 device, or a package is not installed.
     """
+    from ...declare import checked
     from ...drivers import Ros2Settings
     from .measure import examine
 
@@ -32,7 +33,8 @@ def examine_ros2(robot: str | None, network: str, duration: float) -> int:
         raise InputError(
             Fault(f"the robot '{spec.name}' has no [ros2] table.", spec.file, hint="See rocs-bt docs: ros2.md.")
         )
-    settings = Ros2Settings(network=network) if spec is None or spec.ros2 is None else spec.ros2
+    asked = checked(Ros2Settings, {"network": network}, "the network")
+    settings = asked if spec is None or spec.ros2 is None else spec.ros2
     for line in _installed():
         echo(line)
     try:

@@ -12,7 +12,6 @@ from typing import Any
 from ...base.clock import WallClock
 from ...base.errors import DeviceError, located_at
 from ...catalog import RobotSpec
-from ...drivers import ROS2, read_parameters
 from ...interfaces.device import NOTABLE_AHEAD
 from ..devices.actuator_node import NODE as RUN
 from ..devices.actuator_node import isolated_node
@@ -125,9 +124,8 @@ def examine(robot: RobotSpec | None, settings: Ros2Settings, duration: float = 3
 
 def _sensors(robot: RobotSpec, node: RosNode) -> Iterator[_Heard]:
     for sensor in robot.sensors:
-        if sensor.driver == ROS2:
+        if isinstance(given := sensor.parameters, Ros2SensorParameters):
             with located_at(robot.file, sensor.line):
-                given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
                 take = _transforms if given.type == TRANSFORMS else given.make_take(node.types)
                 for topic in given.all_topics:
                     reader = node.reader(topic, given.type, given.qos)
@@ -145,9 +143,8 @@ def _switches(settings: Ros2Settings, node: RosNode) -> Iterator[_Heard]:
 
 def _actuators(robot: RobotSpec, node: RosNode) -> Iterator[_Sent]:
     for actuator in robot.actuators:
-        if actuator.driver == ROS2:
-            given = read_parameters(Ros2ActuatorParameters, actuator.parameters, f"actuator '{actuator.name}'")
-            yield _Sent(actuator.name, node, given)
+        if isinstance(actuator.parameters, Ros2ActuatorParameters):
+            yield _Sent(actuator.name, node, actuator.parameters)
 
 
 class _Heard:

@@ -109,6 +109,7 @@ def command(
     Runs until Ctrl-C, SIGTERM or SIGHUP, and then stops the robots. Exits with 0 after --for, 2 if the input is
     invalid, 3 if the engine failed, 128 + signal if a signal ended it. The ROS domain is that of ROS_DOMAIN_ID.
     """
+    from ...declare import checked
     from ...running import StopSignals
     from ..network.connect import open_transport
     from ..settings import Ros2Settings
@@ -119,7 +120,8 @@ def command(
     if not ros2:
         hint = f"Write: rocs-bt sim {scenario} --ros2. To run its missions, write: rocs-bt run {scenario}."
         raise InputError(Fault("rocs-bt sim needs a network for the robots.", hint=hint))
-    settings = Ros2Settings(transport=transport, distro=distro, network=network, namespace=namespace)
+    given = {"transport": transport, "distro": distro, "network": network, "namespace": namespace}
+    settings = checked(Ros2Settings, given, "the network")
     catalog = catalog_for(scenario, no_code=no_code)
     spec = catalog.load_scenario(scenario, missions=False)
     with StopSignals(_NOTICE) as signals, closing(open_transport(settings, "rocs_bt_sim")) as opened:

@@ -14,6 +14,7 @@ from ...agent import RobotDevices
 from ...base.clock import Rate
 from ...base.geometry import Pose3
 from ...control.locomotion import Locomotion
+from ...drivers import VelocityParameters
 from ...drivers.mujoco import DriverWorld
 from ...drivers.mujoco.lidar import Lidar
 from ...drivers.mujoco.sensors import Gyro, MailboxSensor, Orientation, Position, RangeCone, WheelSpeed, WheelTravel
@@ -194,7 +195,7 @@ def _pose_outputs(
         else:
             yield _pose_fix(position[0], orientation[0], rate, names)
     actuator = next(a for a in devices.robot.actuators if a.name == devices.robot.locomotion.actuator)
-    motors = tuple(actuator.parameters.get("motors", ()))
+    motors = actuator.parameters.motors if isinstance(actuator.parameters, VelocityParameters) else ()
     for sensor in _encoders(devices):
         if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
             odometry = WheelOdometry(sensor, locomotion, motors, links.height)
