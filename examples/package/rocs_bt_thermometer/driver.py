@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 from rocs_bt import DeviceError, Sensor
 from rocs_bt.catalog.driver import RegisteredDriver
+from rocs_bt.declare import Value
 from rocs_bt.interfaces.device import Reading
 
 
-@dataclass(frozen=True, kw_only=True)
-class Keys:
+class Keys(Value):
     """Keys of the sensor in robot.toml."""
 
     size: ClassVar[int] = 1
@@ -42,5 +41,5 @@ class Thermometer(Sensor):
 DRIVER = RegisteredDriver(
     title="a thermometer",
     keys={"sensor": Keys},
-    sensor=lambda robot, spec, host, rate: Thermometer(spec.name, Path(spec.parameters["port"]), host.clock),
+    sensor=lambda robot, spec, host, rate: Thermometer(spec.name, Path(spec.parameters.port), host.clock),
 )
