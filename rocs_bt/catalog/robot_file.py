@@ -13,12 +13,13 @@ from ..base.errors import InputError, did_you_mean
 from ..base.files import is_file
 from ..base.geometry import Pose2
 from ..base.python_content import classes_in, is_reference
+from ..base.registered import load
 from ..base.toml_table import Table
 from ..base.units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
 from ..declare import Open, place_of, read
-from ..drivers import ROS2, Ros2Settings, VelocityParameters
+from ..drivers import ROS2, VelocityParameters
 from ..interfaces.safety import Landing, Limits
 from ..monitor import MONITORS
 from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
@@ -76,7 +77,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Open | None =
         rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
     }
-    ros2 = read(Ros2Settings, root.table("ros2")) if "ros2" in root else None
+    ros2 = read(load("rocs_bt.tables", "ros2"), root.table("ros2")) if "ros2" in root else None
     for table in (*sensor_tables, *actuator_tables):
         if "ros2" not in root and table.raw("driver", "") == ROS2:
             table.fault(

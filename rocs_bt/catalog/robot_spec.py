@@ -22,7 +22,7 @@ from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
 from ..declare import Open, Value
-from ..drivers import PositionParameters, Ros2Settings
+from ..drivers import PositionParameters
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
 from ..event import EventSink
 from ..interfaces.device import Actuator
@@ -264,7 +264,7 @@ class RobotSpec:
     bases: tuple[Path, ...] = ()
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
     ground_contact: tuple[str, ...] | None = None
-    ros2: Ros2Settings | None = None
+    ros2: Any = None  # its registered class, as in `rocs_bt.tables`
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     variant: BodyVariant = AS_MODELLED
 

@@ -4,7 +4,6 @@ robot.toml names a driver; each backend has a class for this name, with the same
 `catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and `Actuator`.
 """
 
-from ..ros2.settings import Ros2Settings
 from .parameters import (
     DRIVER_PARAMETERS,
     ROS2,
@@ -39,7 +38,6 @@ __all__ = [
     "PositionParameters",
     "RangeConeParameters",
     "RobotSensorParameters",
-    "Ros2Settings",
     "TwistParameters",
     "VelocityParameters",
     "WheelSpeedParameters",

@@ -14,7 +14,6 @@ from ...base.clock import Rate, SimulatedClock
 from ...base.errors import DeviceError, Fault, InputError, RecordingError
 from ...base.words import listed
 from ...catalog import Catalog, RateSpec, RobotSpec, SensorSpec
-from ...drivers import Ros2Settings
 from ...drivers.host import Host
 from ...event import BodyMoved, EventSink, OutcomeDecided
 from ...plan import Mission, Plan
@@ -30,6 +29,7 @@ from ..messages.message_types import MessageTypes
 from ..messages.takes import pose3
 from ..messages.topics import POSE, TRANSFORMS
 from ..network.qos import QoS
+from ..settings import Ros2Settings
 from .bag_file import Bag
 from .transport import BagReader, BagTransport
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from ...base.errors import Fault, InputError
 from ...catalog import RobotSpec
-from ...drivers import Ros2Settings
 from ..messages.message_types import MessageTypes
 from ..network.rclpy_transport import definition
+from ..settings import Ros2Settings
 from .parameters import Ros2SensorParameters
 
 

@@ -25,7 +25,7 @@ def examine_ros2(robot: str | None, network: str, duration: float) -> int:
         InputError: The robot is invalid or has no ROS 2 device, or a package is not installed.
     """
     from ...declare import checked
-    from ...drivers import Ros2Settings
+    from ..settings import Ros2Settings
     from .measure import examine
 
     spec = None if robot is None else catalog_for(robot, no_code=True).load_robot(robot)
