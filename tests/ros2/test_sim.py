@@ -172,7 +172,7 @@ def test_it_ends_by_itself_after_its_time(simulator):
         (["--ros2", "--for", "0"], "--for must be positive and finite, found 0 s."),
         (["--ros2", "--command-timeout", "inf"], "--command-timeout must be positive and finite, found inf s."),
         (["--ros2", "--rate", "-1"], "--rate must be 0 or more and finite, found -1."),
-        (["--ros2", "--namespace", "2nd"], "'2nd' is no valid namespace."),
+        (["--ros2", "--namespace", "2nd"], "'2nd' is not a valid namespace."),
         (["--ros2", "--distro", "foxy"], "no distribution of ROS 2 is named 'foxy'"),
     ],
 )
