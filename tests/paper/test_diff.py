@@ -94,7 +94,9 @@ def test_a_robot_with_ros_2_differs_from_the_simulated_one_only_in_its_drivers(c
     assert [s for robot in found["robots"] for s in robot["settings"] if s["first"] != s["second"]] == [
         {"what": "robot", "first": "pioneer_p3dx", "second": "pioneer_p3dx_ros2"}
     ]
-    (drivers,) = [row for row in found["code"] if row["changed"] or row["first"] or row["second"]]
-    assert (drivers["kind"], drivers["second"]) == ("drivers", ["ActuatorNode", "SensorNode"])
+    code = {row["kind"]: row for row in found["code"] if row["changed"] or row["first"] or row["second"]}
+    assert set(code) == {"drivers", "ros2"}
+    assert code["drivers"]["second"] == code["ros2"]["first"] == []
+    assert {"ActuatorNode", "SensorNode"} <= set(code["ros2"]["second"])
     differing = {row["kind"] for row in found["content"] if row["changed"] or row["first"] or row["second"]}
     assert differing == {"scenario", "robot"}
