@@ -12,6 +12,7 @@ from typing import Any
 from rocs_bt import run
 from rocs_bt.catalog import CachingCatalog
 from rocs_bt.compare.run_sweep import local_pool
+from rocs_bt.declare import replaced
 from rocs_bt.record import Summary
 from rocs_bt.running import RECORDING, SUMMARY
 
@@ -49,13 +50,14 @@ def play(job: Job) -> Summary:
     catalog = _catalog(job.project)
     scenario = catalog.load_scenario(job.scenario)
     agents = tuple(
-        agent.replaced(
+        replaced(
+            agent,
             rules=agent.rules if job.rules is None else job.rules,
             parameters={**agent.parameters, **dict(job.parameters)},
         )
         for agent in scenario.agents
     )
-    scenario = scenario.replaced(agents=agents)
+    scenario = replaced(scenario, agents=agents)
     result = run(scenario, catalog, seed=job.seed, out=job.out if job.record else None, report=False)
     if job.out is not None and not job.record:
         job.out.mkdir(parents=True, exist_ok=True)

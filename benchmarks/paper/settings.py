@@ -9,7 +9,7 @@ from typing import Any
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import ActorSpec, AgentSpec
-from rocs_bt.declare import Value
+from rocs_bt.declare import Value, values_of
 
 OMITTED = ("name", "file", "doc", "bases", "format", "perturbations")
 """Fields that are no settings of a file: documentation, names, and what a comparison perturbs."""
@@ -73,7 +73,7 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
 def _rows(spec: Any, show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
     robot = isinstance(spec, (AgentSpec, ActorSpec))
-    for name in (name for name in spec.values() if name not in OMITTED):
+    for name in (name for name in values_of(spec) if name not in OMITTED):
         value = _UNSET.get(name) if getattr(spec, name) is None else getattr(spec, name)
         what = "start" if robot and name == "pose" else name.replace("_", " ")
         if value in _NOTHING:
@@ -102,7 +102,7 @@ def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
     for spec in specs:
         values = "; ".join(f"{row}: {text}" for row, text in _rows(spec, show).items())
-        called = f"{what.removesuffix('s')} {next(iter(spec.values().values()))}"
+        called = f"{what.removesuffix('s')} {next(iter(values_of(spec).values()))}"
         nth = sum(row == called or row.startswith(f"{called} #") for row in rows) + 1  # a node may have several facts
         rows[called if nth == 1 else f"{called} #{nth}"] = values
     return rows

@@ -17,6 +17,7 @@ from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec, robot_locomo
 from ..catalog import load_class as load_class_from_file
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
+from ..declare import place_of
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
@@ -254,7 +255,7 @@ def describe(
     for place in places:
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
-        with located_at(None, place.line):  # the caller adds the scenario's file
+        with located_at(None, place_of(place).line):  # the caller adds the scenario's file
             given = read_attributes(place, graph.schema)
             attributes = given if place.kind == "object" else {"tolerance": place.tolerance}
             if place.z is not None:

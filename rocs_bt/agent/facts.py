@@ -10,7 +10,7 @@ from ..base.geometry import Pose2
 from ..base.toml_table import Table
 from ..base.units import Bounds, Metres, Radians
 from ..catalog import FactSpec, PlaceSpec
-from ..declare import MISSING, Field, Keys, Scope, Value, read_fields, read_key
+from ..declare import MISSING, Field, Keys, Scope, Value, place_of, read_fields, read_key
 from ..knowledge import Attribute, Knowledge, Schema
 
 TO, BOTH_WAYS = "to", "both_ways"
@@ -54,12 +54,12 @@ class _Pose(Value):
     yaw: Radians = 0.0
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         for extra in sorted({*table.data} - {*_POSE}):
             hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, _POSE, "It")
             table.fault(None, f"a pose has no '{extra}'.", hint)
 
-    def made(self) -> Pose2:
+    def _made(self) -> Pose2:
         return Pose2(self.x, self.y, self.yaw)
 
 
@@ -86,7 +86,9 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
             try:
                 knowledge.query(text)
             except InputError as error:
-                faults += (Fault(f"the {key} '{text}': {f.message}", *fact.place(key), f.hint) for f in error.faults)
+                faults += (
+                    Fault(f"the {key} '{text}': {f.message}", *place_of(fact, key), f.hint) for f in error.faults
+                )
     if faults:
         raise InputError(*faults)
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 from ..base.errors import Fault, InputError
 from ..base.files import is_file, same_file
 from ..base.toml_table import Table, read_toml
+from ..declare import place_of
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
 from .entry import Entry, content_hash, make_entry, scan
@@ -89,7 +90,7 @@ class Catalog(MissionCatalog):
                 for sensor in robot.sensors:
                     scenario.rate.sensor_rate(sensor.rate, f"{each}/{sensor.name}")
             except InputError as error:
-                faults += error.at(scenario.file, scenario.rate.line).faults
+                faults += error.at(scenario.file, place_of(scenario.rate).line).faults
             else:
                 faults += _agent_faults(scenario, each, robot)
         if faults:
@@ -219,9 +220,9 @@ def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterat
     """
     agents = [agent for agent in scenario.agents if agent.robot == name]
     devices = {d.name: kind for kind, of in (("sensor", robot.sensors), ("actuator", robot.actuators)) for d in of}
-    named = [(agent.name, agent.line) for agent in agents]
+    named = [(agent.name, place_of(agent).line) for agent in agents]
     names = {agent.name for agent in agents}
-    named += [(place.name, place.line) for place in scenario.places if names.intersection(place.agents)]
+    named += [(place.name, place_of(place).line) for place in scenario.places if names.intersection(place.agents)]
     for taken, line in named:
         if taken in devices:
             message = f"the name '{taken}' is taken by the {devices[taken]} '{taken}' of {robot.name}."

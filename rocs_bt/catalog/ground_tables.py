@@ -50,14 +50,14 @@ class GroundSpec(Value):
     count: Annotated[int, Bounds(1, 100)] = 1
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the faults of keys of another kind."""
         kind = table.data.get("kind")
         for key, owner in (("grain", "rough"), ("count", "step")):
             if key in table and isinstance(kind, str) and kind != owner:
                 table.fault(key, f"a ground of the kind '{kind}' has no '{key}'.", f"Only the kind '{owner}' has.")
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of sizes that do not fit each other."""
         cells, step, rise = self.length * self.width / self.grain**2, self.length / self.count, self.height * self.count
         if self.kind == "rough" and cells > MOST_CELLS:
@@ -83,7 +83,7 @@ class ForceKeys(Value):
     left: _FORCE = 0.0
     up: _FORCE = 0.0
 
-    def made(self) -> tuple[float, float, float]:
+    def _made(self) -> tuple[float, float, float]:
         """The force."""
         return self.forward, self.left, self.up
 
@@ -113,7 +113,7 @@ class PushSpec(Value):
         """Latest time of the push [s]."""
         return self.at if self.until is None else self.until
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of times that do not fit each other, and of a force that is none."""
         if self.latest < self.at:
             message = f"the latest time of the push, {self.latest:g} s, is before its earliest, {self.at:g} s."

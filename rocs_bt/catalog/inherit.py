@@ -36,8 +36,7 @@ OVERLAID = ("sensor", "actuator", "locomotion")
 
 def overlay_table(overlay: Open) -> Table:
     """The tables of an agent that override those of its robot, as a root table for one reading."""
-    table = overlay.table
-    assert table is not None, "tables that override are those of a file"
+    table = overlay.opened()
     depth = len(table.key)
     positions = {key[depth:]: at for key, at in table.positions.items() if key[:depth] == table.key}
     return Table(table.file, dict(overlay), (), positions)

@@ -43,7 +43,7 @@ class PoseKeys(Value):
     y: Coordinate
     yaw: Annotated[float, ANGLE, Bounds(-1e4, 1e4)] = 0.0
 
-    def made(self) -> Pose2:
+    def _made(self) -> Pose2:
         """The pose."""
         return Pose2(self.x, self.y, self.yaw if math.isinf(self.yaw) else wrap_angle(self.yaw))
 
@@ -66,7 +66,7 @@ class JitterKeys(Value):
     y: Size = 0.0
     yaw: Annotated[float, ANGLE, Bounds(0.0, math.pi)] = 0.0
 
-    def made(self) -> Pose2:
+    def _made(self) -> Pose2:
         """The half-widths."""
         return Pose2(self.x, self.y, self.yaw)
 

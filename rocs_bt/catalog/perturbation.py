@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.toml_table import read_toml
 from ..base.units import NONE, POSITIVE, Quantity, convert, parse_quantity
-from ..declare import Open, TableName, Valid, Value, Wrong, read_root
+from ..declare import Open, TableName, Valid, Value, Wrong, read_root, replaced, values_of
 from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
 
 CHANGES = {
@@ -63,7 +63,7 @@ class Perturbation(Value):
     harder: Annotated[float, POSITIVE] = 2.0
     doc: str = ""
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of keys that the device has not, and of a step that leads nowhere."""
         if not self.keys:
             yield Wrong("keys", f"the perturbation '{self.name}' changes no key.", 'Write keys = ["noise"].')
@@ -88,7 +88,7 @@ class Perturbation(Value):
 
     def at(self, strength: float) -> Perturbation:
         """The same perturbation at another strength, SI units."""
-        return self.replaced(strength=replace(self.strength, value=strength))
+        return replaced(self, strength=replace(self.strength, value=strength))
 
     def next(self) -> Perturbation:
         """The same perturbation at the next strength of a walk outward."""
@@ -114,7 +114,7 @@ class Perturbation(Value):
         if variant.size == robot.variant.size:
             return replace(robot, variant=variant)
         # Motors and encoders are calibrated for the wheels of the variant; `wheel_radius` is a perturbation of its own.
-        wheels = self.replaced(device="device", keys=("wheel_radius",), change="times", drivers=())
+        wheels = replaced(self, device="device", keys=("wheel_radius",), change="times", drivers=())
         return wheels.at(variant.size / robot.variant.size)._devices(replace(robot, variant=variant))
 
     def _devices(self, robot: RobotSpec) -> RobotSpec:
@@ -132,8 +132,8 @@ class Perturbation(Value):
             if key in _OWN and hasattr(device, key):
                 device = replace(device, **{key: self._possible(key, getattr(device, key))})
             elif isinstance(old := device.parameters, Value):
-                if (value := old.values().get(key)) is not None:
-                    device = replace(device, parameters=old.replaced(**{key: self._possible(key, value)}))
+                if (value := values_of(old).get(key)) is not None:
+                    device = replace(device, parameters=replaced(old, **{key: self._possible(key, value)}))
             elif key in old:
                 device = replace(device, parameters=Open(old | {key: self._possible(key, old[key])}))
         return device

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from ..base.errors import InputError
 from ..base.python_content import is_reference
 from ..base.toml_table import Table, read_toml
-from ..declare import Content, InFile, Open, Scope, SetByPrograms, Valid, Value, place_of, positions_of, read
+from ..declare import Content, InFile, Open, Scope, SetByPrograms, Valid, Value, place_of, positions_of, read, replaced
 from ..plan import mission_arguments
 from .marks import Dialect, Latency
 from .perturbation import Perturbation
@@ -56,7 +56,7 @@ class PlannerSpec(Value):
     file: Annotated[Path | None, SetByPrograms()] = None
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the fault of a planner with no mission or two."""
         if ("mission" in table) == ("python" in table):
             message = "a planner needs either 'mission' or 'python'."
@@ -72,22 +72,23 @@ class PlannerSpec(Value):
         """
         known = (privileged or {}) if self.oracle else None
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
-        return scenario.replaced(agents=tuple(agents))
+        return replaced(scenario, agents=tuple(agents))
 
     def on(self, robot: str) -> PlannerSpec:
         """This planner on a robot, named `PLANNER@ROBOT`."""
-        return self.replaced(name=f"{self.name}@{robot}", robot=robot)
+        return replaced(self, name=f"{self.name}@{robot}", robot=robot)
 
     def under(self, *perturbations: Perturbation) -> PlannerSpec:
         """This planner with perturbations of its robot, named `PLANNER~NAME=STRENGTH`."""
         name = "~".join((self.name, *map(str, perturbations)))
-        return self.replaced(name=name, perturbations=(*self.perturbations, *perturbations))
+        return replaced(self, name=name, perturbations=(*self.perturbations, *perturbations))
 
     def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any] | None) -> AgentSpec:
-        agent = agent.replaced(robot=self.robot or agent.robot, perturbations=self.perturbations)
+        agent = replaced(agent, robot=self.robot or agent.robot, perturbations=self.perturbations)
         if not self.mission:
             return agent
-        return agent.replaced(
+        return replaced(
+            agent,
             mission=self.mission,
             rules=self.rules,
             parameters=self.parameters,
@@ -109,13 +110,13 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
         InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_toml(file)
-    spec = read(PlannerSpec, root, Scope(missing=missing)).replaced(name=file.stem, file=file)
+    spec = replaced(read(PlannerSpec, root, Scope(missing=missing)), name=file.stem, file=file)
     if is_reference(spec.python):
         # A catalog searches relative names in `planners` only.
         name = spec.python if file.parent.name == "planners" else str(file.parent / spec.python)
         if fault := missing("mission", name):
             root.fault("python", fault.message, fault.hint)
-        spec = spec.replaced(mission=name, python="")
+        spec = replaced(spec, mission=name, python="")
     root.done()
     return spec
 

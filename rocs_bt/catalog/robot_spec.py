@@ -21,7 +21,7 @@ from ..base.words import counted
 from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
-from ..declare import Open, Value
+from ..declare import Open, Value, given_of
 from ..drivers import PositionParameters
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
 from ..event import EventSink
@@ -57,7 +57,7 @@ class DeviceSpec:
     @property
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of the driver: in SI units and without defaults for a shipped one, else unconverted."""
-        return self.parameters.given() if isinstance(self.parameters, Value) else self.parameters
+        return given_of(self.parameters) if isinstance(self.parameters, Value) else self.parameters
 
     @property
     def size(self) -> int | None:

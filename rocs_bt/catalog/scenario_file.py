@@ -26,6 +26,7 @@ from ..declare import (
     note_twice,
     read_root,
     read_values,
+    replaced,
     rows_in,
 )
 from .ground_tables import GroundSpec, PushSpec
@@ -66,7 +67,7 @@ class PlaceSpec(Value):
     attributes: Annotated[Mapping[str, Any], Rest(field="kind", value="object")] = Open()
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the fault of a tolerance without a height."""
         if "height_tolerance" in table and "z" not in table:
             table.fault("height_tolerance", "a place without z has no height.", "Add z, or remove height_tolerance.")
@@ -155,7 +156,7 @@ class ActorSpec(Value):
         return read_values(declared, self.parameters, f"{self.script} '{self.name}'")
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the fault of a robot that the seed would select."""
         if "robot" in table and "one_of" in table:
             table.fault("one_of", "one_of is for objects of the world, and this actor is a robot.", "Remove it.")
@@ -225,7 +226,7 @@ class ScenarioSpec(Value):
     pushes: Annotated[tuple[PushSpec, ...], Key("push")] = ()
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Add the names of agents, goals and robots; note names that two tables have, and a lack of agents."""
         agents, actors, places = (rows_in(table, key) for key in ("agent", "actor", "place"))
         scope.names |= {
@@ -272,5 +273,5 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None, *, mi
         InputError: The document has faults; contains all of them, each with its line.
     """
     found = read_root(ScenarioSpec, root, Scope(missing=missing, optional=() if missions else ("mission",)))
-    agents = tuple(agent.replaced(nodes=agent.nodes or found.nodes) for agent in found.agents)
-    return found.replaced(name=root.file.stem, file=root.file, bases=root.bases, agents=agents)
+    agents = tuple(replaced(agent, nodes=agent.nodes or found.nodes) for agent in found.agents)
+    return replaced(found, name=root.file.stem, file=root.file, bases=root.bases, agents=agents)

@@ -36,7 +36,7 @@ class RateSpec(Value):
     plan: _FAST = 10.0
     sensors: _FAST | None = None
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of rates that do not divide."""
         for key in ("control", "plan"):
             try:

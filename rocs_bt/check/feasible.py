@@ -12,6 +12,7 @@ from ..base.errors import Fault
 from ..base.geometry import Pose2
 from ..base.units import TIME
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
+from ..declare import place_of, replaced
 from ..event import NullSink
 from ..expression import Node, evaluate
 from ..expression.node import TEMPORAL_OPS
@@ -44,7 +45,7 @@ def check_feasible(run: Run) -> Iterator[Fault]:
         return
     for agent in scenario.agents:
         others = tuple(m for m in scenario.actors if not m.robot)
-        alone = scenario.replaced(agents=(agent.replaced(latency=0.0),), actors=others, share=None)
+        alone = replaced(scenario, agents=(replaced(agent, latency=0.0),), actors=others, share=None)
         world = build_world(alone, catalog, 1, NullSink())
         (built,) = simulated_agents(alone, world, catalog, NullSink(), {agent.name: Plan.idle})
         yield from _in_world(scenario, agent, world, built, catalog)
@@ -74,9 +75,9 @@ def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:
 def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
     """Places, grounds and starts of actors outside of the world; an agent's start there is refused earlier."""
     left, low, right, high = simulated.world.bounds()
-    named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.actors]
-    named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
-    named += [(f"the ground '{g.name}'", g.pose, g.line) for g in scenario.grounds]
+    named = [(f"the start of {m.name}", m.pose, place_of(m).line) for m in scenario.actors]
+    named += [(f"the {p.kind} '{p.name}'", p.pose, place_of(p).line) for p in scenario.places]
+    named += [(f"the ground '{g.name}'", g.pose, place_of(g).line) for g in scenario.grounds]
     for what, pose, line in named:
         if pose.x < left or pose.x > right or pose.y < low or pose.y > high:
             yield Fault(
@@ -97,15 +98,15 @@ def _goal_warnings(
     for i, goal in enumerate(goals):
         fault = _goal_warning(simulated, built, agent, goal, thorough=i < _MANY)
         if fault is not None:
-            yield replace(fault, file=file, line=goal.line, warning=True)
+            yield replace(fault, file=file, line=place_of(goal).line, warning=True)
             found += 1
         if found == _MANY and i + 1 < len(goals):
             message = f"{len(goals) - i - 1} further goals of {agent.name} were not checked."
-            yield Fault(message, file, goal.line, warning=True, note=True)
+            yield Fault(message, file, place_of(goal).line, warning=True, note=True)
             return
     if len(goals) > _MANY:
         message = f"of {len(goals) - _MANY} goals of {agent.name}, only their first free pose was searched."
-        yield Fault(message, file, goals[_MANY].line, warning=True, note=True)
+        yield Fault(message, file, place_of(goals[_MANY]).line, warning=True, note=True)
 
 
 def _goal_warning(

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..base.errors import Fault
 from ..catalog import AgentSpec, Catalog, ScenarioSpec
+from ..declare import place_of
 from ..drivers.mujoco import MujocoWorld, compose_world
 from ..drivers.mujoco.body import FLOOR, geom_labels
 from ..simulation.identified_file import identified_path
@@ -40,7 +41,7 @@ def floor_faults(scenario: ScenarioSpec, agent: AgentSpec, world: MujocoWorld, c
             hint = (
                 f"Give the floor of '{scenario.world}' the friction of that of '{WORLD}', or identify the robot on it."
             )
-            yield Fault(message, scenario.file, agent.line, hint=hint, warning=True)
+            yield Fault(message, scenario.file, place_of(agent).line, hint=hint, warning=True)
             return
 
 

@@ -10,6 +10,7 @@ from ..agent import Controller
 from ..base.errors import Fault, InputError
 from ..base.files import read_text, same_file
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
+from ..declare import replaced
 from ..expression import NO_NAME
 from ..plan import CheckOptions, mission_actions, mission_parameters
 from ..running.build_agents import worldless_agents
@@ -90,7 +91,7 @@ def _in_use(
 
 def _of_agent(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
     found = list[Fault]()
-    alone = scenario.replaced(agents=(agent.replaced(rules=()),))
+    alone = replaced(scenario, agents=(replaced(agent, rules=()),))
     if not worldless_agents(alone, catalog, seed=1, faults=found):
         message = f"not judged in the scenario '{scenario.name}': '{agent.name}' cannot be built without its mission."
         yield Fault(message, hint="Check the scenario.", warning=True, note=True)

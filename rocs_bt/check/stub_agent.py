@@ -12,6 +12,7 @@ from ..agent import Agent, Controller, Rates, Runtime, build_agent
 from ..base.clock import SimulatedClock
 from ..base.errors import Fault
 from ..catalog import RateSpec, RobotSpec
+from ..declare import replaced
 from ..event import NullSink
 from ..plan import Plan
 from ..running.build_agents import worldless_devices
@@ -30,6 +31,6 @@ def stub_agent(
     """
     rate = RateSpec()
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
-    devices = worldless_devices(robot, rate.replaced(sensors=rate.control), clock)
+    devices = worldless_devices(robot, replaced(rate, sensors=rate.control), clock)
     runtime, controller = Runtime(clock, NullSink()), controller or Controller(build=Plan.idle)
     return build_agent("R1", devices, controller, rates, runtime, load_class=load_class, faults=faults)

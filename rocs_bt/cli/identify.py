@@ -13,7 +13,7 @@ import click
 
 from ..base.errors import Fault, InputError
 from ..base.files import check_writable, read_text, write_whole
-from ..declare import Value
+from ..declare import values_of
 from .content import catalog_for, json_option, no_code_option
 from .terminal import echo
 
@@ -49,7 +49,7 @@ def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool
     before = read_text(spec.file, raw=True)
     found = identify(spec, catalog)
     twists = "axes" in spec.locomotion.parameters
-    text = json.dumps(found.values(), indent=2, default=Value.values)
+    text = json.dumps(values_of(found), indent=2, default=values_of)
     echo(text if as_json else "\n".join(_text(found, twists=twists)))
     measured, file = identified_text(spec, found.axes, found.wheels), spec.file.parent / IDENTIFIED
     after = _corrected(spec, before, read_identified(file, measured)) if write else before

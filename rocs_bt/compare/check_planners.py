@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from ..base.errors import Fault, InputError
 from ..catalog import Catalog, PlannerSpec
 from ..check import check_scenario
+from ..declare import replaced
 from .episode import FamilyScene, ScenarioScene, SceneRef
 from .runner import EpisodeRunner
 
@@ -22,7 +23,7 @@ def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], 
         InputError: There are errors; contains all of them.
     """
     checked = {
-        (p.name.partition("~")[0] if p.perturbations else p.name): p.replaced(perturbations=()) for p in planners
+        (p.name.partition("~")[0] if p.perturbations else p.name): replaced(p, perturbations=()) for p in planners
     }
     runner, first = EpisodeRunner(catalog.project, code=catalog.code), dict[object, SceneRef]()
     for scene in scenes:

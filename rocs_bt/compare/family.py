@@ -21,7 +21,7 @@ from ..base.geometry import Pose2
 from ..base.python_content import running_class
 from ..base.toml_text import as_toml
 from ..catalog import Catalog
-from ..declare import Value, read_values
+from ..declare import Value, read_values, values_of
 from .ground import Ground
 from .obstacle import Point, length_of
 
@@ -126,7 +126,7 @@ class Family(AgentSetup, ABC):
     @property
     def parameters(self) -> dict[str, Any]:
         """Parameters by name, in SI units."""
-        return self.values()
+        return values_of(self)
 
     @abstractmethod
     def scene(self, index: int) -> Scene:

@@ -17,6 +17,7 @@ from typing import Any
 from ..base.files import read_bytes, read_text
 from ..base.python_content import texts_in
 from ..catalog import Catalog, PlannerSpec, content_hash
+from ..declare import values_of
 from ..running.header import versions
 from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
 from .family import load_family
@@ -63,7 +64,7 @@ class Keys:
         python = [file for entry in content if entry.path.suffix == ".py" for file in entry.files()]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
-        more = [each for each in (planner.nodes, [each.values() for each in planner.perturbations]) if each]
+        more = [each for each in (planner.nodes, [values_of(each) for each in planner.perturbations]) if each]
         return _digest([*own, *more, content_hash(content), versions])
 
     def _scene(self, scene: SceneRef) -> str:

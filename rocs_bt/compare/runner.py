@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from ..base.errors import InputError, unknown
 from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
+from ..declare import replaced
 from ..drivers.mujoco import MujocoWorld
 from ..event import BodyMoved, Event, unpack
 from ..running import Run, RunOptions
@@ -104,7 +105,7 @@ class EpisodeRunner:
         latency = agent_of(scenario, agent).latency
         if episode.require:
             extra = RequirementSpec(name=episode.require, require=episode.require, agent=agent)
-            scenario = scenario.replaced(requirements=(*scenario.requirements, extra))
+            scenario = replaced(scenario, requirements=(*scenario.requirements, extra))
         sink = MetricSink(agent)
         options = RunOptions(seed=episode.seed, report=False, prepare=sink.prepare, sinks=[sink])
         summary = Run(scenario, prepared.catalog, options).conduct().summary

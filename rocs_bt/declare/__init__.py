@@ -1,6 +1,6 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
-from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of
+from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of, given_of, replaced, values_of
 from .marks import (
     Content,
     InFile,
@@ -16,7 +16,7 @@ from .marks import (
     Valid,
     Word,
 )
-from .open import Open, Place, place_of, positions_of
+from .open import Open, Place, has_key, place_of, positions_of
 from .read import (
     Kind,
     checked,
@@ -56,6 +56,8 @@ __all__ = [
     "Wrong",
     "checked",
     "fields_of",
+    "given_of",
+    "has_key",
     "names_of",
     "note_twice",
     "place_of",
@@ -66,5 +68,7 @@ __all__ = [
     "read_root",
     "read_value",
     "read_values",
+    "replaced",
     "rows_in",
+    "values_of",
 ]

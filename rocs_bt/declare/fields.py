@@ -16,18 +16,19 @@ import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast, dataclass_transform
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
 from ..base.errors import Fault, did_you_mean
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
 from .marks import InUnit, Key, Keys, OneOf, Rest, SetByPrograms, TableName, Valid
-from .open import Open, Place
+from .open import Open
 
 MISSING = object()
 """Default of a field that must be given."""
 
 M = TypeVar("M")
+D = TypeVar("D", bound="Declared")
 
 _WORDS: Mapping[Any, tuple[str, str]] = {
     str: ("a text", "texts"),
@@ -38,7 +39,7 @@ _KINDS: Mapping[Any, type] = {float: numbers.Real, int: numbers.Integral}
 
 
 class Wrong(NamedTuple):
-    """Fault of values that do not fit each other, for `Declared.check`.
+    """Fault of values that do not fit each other, of `Declared._check`.
 
     Attributes:
         key: Key at which the fault is reported; None for the table.
@@ -219,12 +220,13 @@ class Declared:
         super().__init_subclass__(**more)
         hints = vars(cls).get("__annotations__", {})
         own = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
-        if taken := [name for name in own if hasattr(Declared, name)]:
-            raise TypeError(f"'{taken[0]}' cannot be a field of {cls.__name__}: it is a method of Declared.")
+        for name, base in ((name, base) for name in own if name not in cls._names for base in cls.__mro__[1:]):
+            if name in vars(base):
+                raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
         cls._names = tuple(dict.fromkeys((*cls._names, *own)))
         cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}
 
-    def __init__(self, **given: Any) -> None:
+    def __init__(self, /, **given: Any) -> None:
         if more := given.keys() - set(self._names):
             raise TypeError(f"{type(self).__name__} takes no {', '.join(sorted(more))}")
         if lack := [name for name in self._names if name not in given and name not in self._defaults]:
@@ -236,73 +238,32 @@ class Declared:
         """Compute further attributes."""
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{key}={value!r}' for key, value in self.values().items())})"
+        return f"{type(self).__name__}({', '.join(f'{key}={value!r}' for key, value in values_of(self).items())})"
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Look at a table before it is read: add names to the scope, note faults of keys that exclude each other."""
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of values that do not fit each other; asked only if each one is valid."""
         return iter(())
 
-    def made(self) -> Any:
+    def _made(self) -> Any:
         """What is read from the table: this object, or another value that it makes."""
         return self
-
-    def values(self) -> dict[str, Any]:
-        """Values of the fields, by name."""
-        return {name: self.__dict__[name] for name in self._names}
-
-    def has(self, key: str) -> bool:
-        """Whether the file has a key."""
-        return self._table is not None and key in self._table
-
-    def given(self) -> dict[str, Any]:
-        """Values other than the defaults, by name."""
-        return {name: v for name, v in self.values().items() if v != self._defaults.get(name, MISSING)}
-
-    def place(self, *key: str | None) -> Place:
-        """File, line and column of a key, which may lead into tables, or of the table itself."""
-        table = self._table
-        path = () if table is None else (*table.key, *filter(None, key))
-        return (None, 0, 0) if table is None else (table.file, *table.position_of(path))
-
-    @property
-    def line(self) -> int:
-        """Line of the table in its file; 0 if made by a program."""
-        return self.place()[1]
-
-    def replaced(self, **changes: Any) -> Self:
-        """Copy with other values of some fields, at the same place.
-
-        Raises:
-            TypeError: There is no such field.
-        """
-        made = type(self)(**{**self.values(), **changes})
-        if self._table is not None:
-            made.__dict__["_table"] = self._table
-        return made
-
-    @classmethod
-    def read_as(cls, values: dict[str, Any], table: Table) -> Self:
-        """Object of values that were read from a table; without a fault, the reader then calls `__post_init__`."""
-        made = cls.__new__(cls)
-        made.__dict__.update(values, _table=table)
-        return made
 
 
 class Value(Declared):
     """Declared class with objects that do not change, and are equal if their values are."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"{type(self).__name__} does not change. Use replaced({name}=...).")
+        raise AttributeError(f"{type(self).__name__} does not change. Use replaced(..., {name}=...).")
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Value) and type(self) is type(other) and self.values() == other.values()
+        return isinstance(other, Value) and type(self) is type(other) and values_of(self) == values_of(other)
 
     def __hash__(self) -> int:
-        return hash((type(self), *self.values().values()))
+        return hash((type(self), *values_of(self).values()))
 
 
 def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
@@ -314,3 +275,25 @@ def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
     defaults = cls._defaults
     cls._fields = tuple(Field.annotated(n, hints[n], defaults.get(n, MISSING), owners[n]) for n in cls._names)
     return cls._fields
+
+
+def values_of(of: Declared) -> dict[str, Any]:
+    """Values of the fields, by name."""
+    return {name: of.__dict__[name] for name in of._names}
+
+
+def given_of(of: Declared) -> dict[str, Any]:
+    """Values other than the defaults, by name."""
+    return {name: v for name, v in values_of(of).items() if v != of._defaults.get(name, MISSING)}
+
+
+def replaced(of: D, /, **changes: Any) -> D:
+    """Copy with other values of some fields, at the same place.
+
+    Raises:
+        TypeError: There is no such field.
+    """
+    made = type(of)(**{**values_of(of), **changes})
+    if of._table is not None:
+        made.__dict__["_table"] = of._table
+    return made

@@ -16,7 +16,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Keys:
-    """Mark of a value, such as a pose, that a declared class makes of a table (see `Declared.made`).
+    """Mark of a value, such as a pose, that a declared class makes of a table (see `Declared._made`).
 
     Attributes:
         cls: Class that declares the keys.

@@ -4,46 +4,54 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..base.toml_table import Table
 from ..base.toml_text import Key
 
-Place = tuple[Path | None, int, int]
-"""File, line and column of a value; `(None, 0, 0)` for one made by a program."""
+
+class Place(NamedTuple):
+    """File, line and column of a value; `(None, 0, 0)` for one made by a program."""
+
+    file: Path | None
+    line: int
+    column: int
 
 
 class Open(dict[str, Any]):
-    """Values of an open table as in the file, unconverted.
+    """Values of an open table as in the file, unconverted."""
 
-    Attributes:
-        table: Table of the values; None for values made by a program.
-    """
-
-    table: Table | None = None
+    _table: Table | None = None  # None for values made by a program
 
     @classmethod
     def of(cls, table: Table, values: Mapping[str, Any]) -> Open:
         """Values of a table."""
         found = cls(values)
-        found.table = table
+        found._table = table
         return found
 
     def opened(self) -> Table:
         """Table of the values, for one reading."""
-        of = self.table
+        of = self._table
         return Table(Path(), self, (), {}) if of is None else Table(of.file, self, of.key, of.positions)
 
 
-def place_of(values: Mapping[str, Any], key: str = "") -> Place:
-    """File, line and column of a key of an open table, or of the table itself for an empty or unknown key."""
-    table = values.table if isinstance(values, Open) else None
-    return (None, 0, 0) if table is None else (table.file, *table.position(key if key in values else None))
+def place_of(of: object, *key: str | None) -> Place:
+    """Place of a key of a declared object or an open table, which may lead into tables, or of the table itself."""
+    table: Table | None = getattr(of, "_table", None)
+    path = () if table is None else (*table.key, *filter(None, key))
+    return Place(None, 0, 0) if table is None else Place(table.file, *table.position_of(path))
+
+
+def has_key(of: object, key: str) -> bool:
+    """Whether the file has a key in the table of a declared object."""
+    table: Table | None = getattr(of, "_table", None)
+    return table is not None and key in table
 
 
 def positions_of(values: Mapping[str, Any]) -> Mapping[str, tuple[int, int]]:
     """Line and column of each value of an open table, also of those in its tables, as `TABLE.KEY`."""
-    table = values.table if isinstance(values, Open) else None
+    table = values._table if isinstance(values, Open) else None
     return {} if table is None else dict(_positions(table, values, ()))
 
 

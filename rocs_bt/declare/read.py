@@ -15,7 +15,7 @@ from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, parse_quantity, parse_unit
 from .fields import Declared, Field, Scope, fields_of
 from .marks import Content, InFile, InUnit, Keys, Kinds, Names, Rest, SetByPrograms, Valid, Word
-from .open import Open
+from .open import Open, place_of
 
 D = TypeVar("D", bound=Declared)
 
@@ -65,7 +65,7 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
         kind: Kind that selected the class, for messages.
     """
     scope = scope or Scope()
-    cls.prepare(table, scope)
+    cls._prepare(table, scope)
     found: dict[str, Any] = {}
     sound = True
     for each in _in_order(cast(Any, cls)):
@@ -79,15 +79,16 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
         takes = ", ".join(each.key for each in keys)
         table.fault(None, f"{kind.name} needs {', '.join(lack)}.", f"It takes: {takes}.")
         sound = False
-    made = cls.read_as(found, table)
+    made = cls.__new__(cls)
+    made.__dict__.update(found, _table=table)
     if sound:
         try:
             made.__post_init__()
         except InputError as error:
             table.adopt(None, error)
-        for key, message, hint in made.check():
+        for key, message, hint in made._check():
             table.fault(key, message, hint)
-    return cast(D, made.made())
+    return cast(D, made._made())
 
 
 def read_values(cls: type[D], values: Mapping[str, Any], owner: str) -> D:
@@ -131,7 +132,7 @@ def _refuse(table: Table, values: Mapping[str, Any], owner: str, fields: Iterabl
         if name not in table.known:
             table.adopt(name, InputError(unknown("parameter", name, known, start)))
     if table.faults:
-        has_file = isinstance(values, Open) and values.table is not None
+        has_file = isinstance(values, Open) and place_of(values).file is not None
         raise InputError(*(fault if has_file else replace(fault, file=None) for fault in table.faults))
 
 
@@ -166,7 +167,7 @@ def checked(cls: type[D], values: Mapping[str, Any], what: str, *, among: bool =
     if faults:
         raise InputError(*faults)
     made = cls(**given)
-    if faults := [Fault(f"{what}: {wrong.message}", hint=wrong.hint) for wrong in made.check()]:
+    if faults := [Fault(f"{what}: {wrong.message}", hint=wrong.hint) for wrong in made._check()]:
         raise InputError(*faults)
     return made
 

@@ -137,7 +137,7 @@ class RangeConeParameters(Value):
     layers: _Count = 1
     missing_echo: _Share = 0.0
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of the names of sites, and of a range that is none."""
         yield from _listed("sites", "site", self.sites)
         yield from _span(self.range)
@@ -175,7 +175,7 @@ class LidarParameters(Value):
     missing_echo: _Share = 0.0
     sweep: Annotated[float, TIME, Bounds(0.0, MAX_SWEEP)] = 0.0
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of a range that is none."""
         yield from _span(self.range)
 
@@ -232,7 +232,7 @@ class WheelSpeedParameters(Value):
     wheel_radius: PositiveMetres
     signs: tuple[int, ...] = ()
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of the names of motors, and of signs that are none."""
         yield from _listed("motors", "motor", self.motors)
         if self.signs and (len(self.signs) != self.size or any(sign not in (-1, 1) for sign in self.signs)):
@@ -290,9 +290,9 @@ class VelocityParameters(WheelSpeedParameters):
     delay: Annotated[float, TIME, Bounds(0.0, 10.0)] = 0.0
     slip: tuple[Annotated[float, NONE, Bounds(0.0, 1.0, below=True)], ...] = ()
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of the motors, and of a number of shares that is not that of the wheels."""
-        yield from super().check()
+        yield from super()._check()
         if len(self.slip) not in (0, 1, self.size):
             message = f"slip must be one share for all wheels or one for each of {self.size}, found {list(self.slip)}."
             yield Wrong("slip", message)

@@ -11,7 +11,7 @@ from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, collected, located_at
 from ..base.registered import load
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
-from ..declare import Open, place_of
+from ..declare import Open, Place, place_of, replaced
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
@@ -30,7 +30,7 @@ def load_controller(
         InputError: An unknown name, or parameters that the mission does not take.
     """
     mission = build or catalog.load_mission(agent.mission, agent.nodes)
-    parameters = mission_values(mission, agent if build is None else agent.replaced(parameters=Open()))
+    parameters = mission_values(mission, agent if build is None else replaced(agent, parameters=Open()))
     return Controller(
         build=mission,
         mission=agent.mission if build is None else getattr(build, "__module__", "mission"),
@@ -73,7 +73,7 @@ def build_agents(
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         build = (missions or {}).get(agent.name)
-        with collected(faults), located_at(scenario.file, agent.line):
+        with collected(faults), located_at(scenario.file, place_of(agent).line):
             if faults is None:
                 controller = load_controller(scenario, agent, catalog, build)
             else:
@@ -93,7 +93,7 @@ def build_agents(
             agents.append(built)
             if faults is not None and found:
                 at = place_of(agent.parameters)
-                at = (scenario.file, agent.line, 0) if at[0] is None else at
+                at = Place(scenario.file, place_of(agent).line, 0) if at.file is None else at
                 faults += (fault.at(*at) for fault in found)
     return agents
 
@@ -110,7 +110,7 @@ def _checked_controller(
     try:
         controller = load_controller(scenario, agent, catalog)
     except InputError as error:
-        faults += error.at(scenario.file, agent.line).faults
+        faults += error.at(scenario.file, place_of(agent).line).faults
         return load_controller(scenario, agent, catalog, Plan.idle)
     options = CheckOptions(
         robot=f"{catalog.robot_of(agent).name} ({agent.name} in {scenario.name})",
@@ -174,11 +174,11 @@ def worldless_agents(
     """
     clock, sink, devices = clock or SimulatedClock(scenario.rate.physics), sink or NullSink(), {}
     for agent in scenario.agents:
-        with collected(faults), located_at(scenario.file, agent.line):
+        with collected(faults), located_at(scenario.file, place_of(agent).line):
             robot = catalog.robot_of(agent)
             if robot.code and not catalog.code and faults is not None:
                 continue
             devices[agent.name] = worldless_devices(robot, scenario.rate, clock, sink, agent.name, recorded)
-    scenario = scenario.replaced(agents=tuple(agent for agent in scenario.agents if agent.name in devices))
+    scenario = replaced(scenario, agents=tuple(agent for agent in scenario.agents if agent.name in devices))
     runtime = Runtime(clock, sink)
     return build_agents(scenario, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.errors import Fault, InputError, unknown
 from ..compare.family import Family, Scene, scene_of
 from ..compare.replay import parse_value
-from ..declare import Field, fields_of, read_value
+from ..declare import Field, fields_of, read_value, replaced
 
 INDICES = 1_000_000
 _ATTEMPTS = 200  # consecutive samples of parameters without a valid scene, after which the ranges are rejected
@@ -75,7 +75,7 @@ class SearchSpace:
             values: dict[str, Any] = {name: self._value(rng, name) for name in self.ranges}
             index = int(rng.integers(INDICES))
             try:
-                return SampledScene(scene_of(self.family.replaced(**values), index), index, values)
+                return SampledScene(scene_of(replaced(self.family, **values), index), index, values)
             except InputError as error:
                 refused = error
         raise refused

@@ -10,6 +10,7 @@ from functools import partial
 from ..base.clock import Clock, SimulatedClock
 from ..base.errors import Fault, InputError, located_at
 from ..catalog import ScenarioSpec, ShareSpec
+from ..declare import place_of
 from ..knowledge import Knowledge, Schema
 from ..simulation.random_streams import NETWORK, stream
 from .keys import Keys
@@ -34,11 +35,11 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
     spec = scenario.share
     assert spec is not None  # the core asks only for scenarios with this table
     repeats = isinstance(clock, SimulatedClock)
-    with located_at(scenario.file, spec.line):
+    with located_at(scenario.file, place_of(spec).line):
         network, key = _network(scenario, spec, clock, seed)
 
     def join(knowledge: Knowledge) -> Sharing:
-        with located_at(scenario.file, spec.line):
+        with located_at(scenario.file, place_of(spec).line):
             scope = Scope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
         return Sharing(
             knowledge,
@@ -65,7 +66,7 @@ def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
         try:
             check()
         except InputError as error:
-            faults += error.at(scenario.file, spec.line).faults
+            faults += error.at(scenario.file, place_of(spec).line).faults
     return faults
 
 

@@ -24,7 +24,7 @@ from ..base.units import (
 )
 from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
 from ..control.locomotion import AXES
-from ..declare import InFile, Scope, SetByPrograms, Value, read_root
+from ..declare import InFile, Scope, SetByPrograms, Value, read_root, replaced
 
 FORMAT = "identified/1"
 
@@ -52,7 +52,7 @@ class AxisFigures(Value):
     stop_distance: Annotated[float, LENGTH, _LEAST]
 
     @classmethod
-    def prepare(cls, table: Table, scope: Scope) -> None:
+    def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the fault of a braking model with one of its two numbers."""
         if ("latency" in table) != ("deceleration" in table):
             lack = "deceleration" if "latency" in table else "latency"
@@ -118,7 +118,7 @@ def read_identified(file: Path, text: str | None = None) -> IdentifiedFile:
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
-    return read_root(IdentifiedFile, read_toml(file, text)).replaced(file=file)
+    return replaced(read_root(IdentifiedFile, read_toml(file, text)), file=file)
 
 
 def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> str:

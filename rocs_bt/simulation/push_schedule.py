@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ..catalog import PushSpec, ScenarioSpec
+from ..declare import replaced
 from ..drivers.mujoco import MujocoWorld
 from ..event import EventSink, RobotPushed
 from .random_streams import push_of, stream
@@ -48,7 +49,7 @@ def push_schedules(scenario: ScenarioSpec, seed: int, world: MujocoWorld, sink: 
         rng = stream(scenario.name, seed, push.robot, push_of(i))
         at = float(rng.uniform(push.at, push.latest))
         angle = float(rng.uniform(-push.spread, push.spread))
-        turned = push.replaced(force=_turned(push.force, angle))
+        turned = replaced(push, force=_turned(push.force, angle))
         made.append(PushSchedule(turned, at, world, sink, push.robot if push.robot in agents else ""))
     return made
 

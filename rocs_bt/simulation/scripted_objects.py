@@ -45,7 +45,7 @@ class SlideParameters(Value):
     wait_distance: Metres = 0.0
     at_target: Literal["", "open", "shut"] = ""
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Fault of a return before the arrival."""
         if self.return_at < self.depart_at + self.duration:
             arrival = f"{self.depart_at + self.duration:g} s"

@@ -14,7 +14,7 @@ from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveSeconds, RadiansPerSecond
 from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
-from ..declare import Value, Wrong
+from ..declare import Value, Wrong, has_key
 from ..drivers.mujoco import MujocoWorld
 from ..interfaces.safety import SafetyGate
 
@@ -79,12 +79,12 @@ class RandomWalkParameters(Value):
     max_leg_duration: PositiveSeconds = 5.0
     margin: Annotated[Metres, NOT_NEGATIVE] = 0.33
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of minimums above their maximums."""
         for low, high in (("min_speed", "max_speed"), ("min_leg_duration", "max_leg_duration")):
             if getattr(self, low) > getattr(self, high):
                 message = f"{low} is {getattr(self, low):g}, and {high} is {getattr(self, high):g}."
-                yield Wrong(high if self.has(high) else low, message, "A minimum must not exceed its maximum.")
+                yield Wrong(high if has_key(self, high) else low, message, "A minimum must not exceed its maximum.")
 
 
 class RandomWalk(ScriptedRobot):

@@ -14,6 +14,7 @@ from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, located_at
 from ..base.geometry import Pose2
 from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, perturbed
+from ..declare import place_of
 from ..drivers.mujoco import (
     FreeObject,
     MujocoActuator,
@@ -253,12 +254,12 @@ def _compose(
 
 
 def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
-    with located_at(scenario.file, actor.line):
+    with located_at(scenario.file, place_of(actor).line):
         if actor.one_of:
             message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
             raise InputError(Fault(message, hint="Remove one_of."))
         mass = actor.script_parameters(FreeParameters).mass
-    return FreeObject(actor.name, mass, scenario.file, actor.line)
+    return FreeObject(actor.name, mass, scenario.file, place_of(actor).line)
 
 
 def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
@@ -308,7 +309,7 @@ def _actors(
         robot = robots[actor.name]
         spec = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
-        with located_at(scenario.file, actor.line):
+        with located_at(scenario.file, place_of(actor).line):
             made = make_scripted_robot(
                 actor,
                 world=world,
@@ -325,7 +326,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
     made, at_rest = [], _at_rest(scenario, seed)
     for actor in (m for m in scenario.actors if not m.robot):
         start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
-        with located_at(scenario.file, actor.line):
+        with located_at(scenario.file, place_of(actor).line):
             each = make_scripted_object(
                 actor,
                 world=world,

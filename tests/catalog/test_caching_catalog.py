@@ -10,6 +10,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.toml_text import as_data, as_toml, parse_toml
 from rocs_bt.catalog import CachingCatalog, Catalog
+from rocs_bt.declare import replaced
 
 
 @pytest.mark.parametrize("parameters", [{}, {"planner": "visibility"}, {"planner": "any_angle"}])
@@ -17,7 +18,7 @@ def test_the_content_of_a_mind_is_that_of_its_own_parameters(parameters):
     catalog, plain = CachingCatalog(), Catalog()
     planner = plain.load_planner("hybrid")
     catalog.content_of_controller(planner)
-    mind = planner.replaced(parameters={**planner.parameters, **parameters})
+    mind = replaced(planner, parameters={**planner.parameters, **parameters})
     for _ in range(2):
         assert catalog.content_of_controller(mind) == plain.content_of_controller(mind)
 

@@ -8,6 +8,7 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, content_hash
+from rocs_bt.declare import replaced
 
 ROBOT = """\
 format = "robot/3"
@@ -73,7 +74,7 @@ def test_a_robot_is_its_base_but_for_what_it_says(based: Path) -> None:
     assert (other.name, other.doc) == ("other", "A bot that differs.")
     assert other.locomotion.parameters == {**bot.locomotion.parameters, "wheel_separation": pytest.approx(0.4)}
     assert [s.name for s in other.sensors] == [*(s.name for s in bot.sensors), "heading"]
-    assert other.sensors[0].parameters == bot.sensors[0].parameters.replaced(rays=3)
+    assert other.sensors[0].parameters == replaced(bot.sensors[0].parameters, rays=3)
     assert other.monitors[0].parameters == bot.monitors[0].parameters
     assert [(a.name, a.max_command_age) for a in other.actuators] == [("wheels", 0.4)]
     assert other.model == bot.model

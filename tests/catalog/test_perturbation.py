@@ -10,6 +10,7 @@ import pytest
 from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.base.units import NONE, Quantity
 from rocs_bt.catalog import Catalog, Perturbation, RobotSpec, parse_perturbation, perturbed
+from rocs_bt.declare import replaced
 from rocs_bt.event.sink import NullSink
 from rocs_bt.simulation.simulated_world import build_world
 
@@ -53,7 +54,7 @@ def test_a_world_has_the_perturbed_robot_and_its_agent_the_model_of_the_file() -
     scenario = CATALOG.load_scenario("circle_box")
     agent = scenario.agents[0]
     changed = (SHIPPED["body"], SHIPPED["friction"])
-    cold = scenario.replaced(agents=(agent.replaced(perturbations=changed), *scenario.agents[1:]))
+    cold = replaced(scenario, agents=(replaced(agent, perturbations=changed), *scenario.agents[1:]))
     warm_world, cold_world = (build_world(each, CATALOG, 1, NullSink()) for each in (scenario, cold))
     assert cold_world.devices(agent.name).robot == warm_world.devices(agent.name).robot
     hulls = [sum(each.world.model.geom_size[:, 0]) for each in (warm_world, cold_world)]

@@ -12,6 +12,7 @@ from rocs_bt.base.toml_edit import with_values
 from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.check import check_content
 from rocs_bt.check.identified import as_quantities, corrections, differences
+from rocs_bt.declare import replaced
 from rocs_bt.simulation.identified_file import IdentifiedFile, WheelFigures, model_hash, read_identified
 
 SHIPPED = Catalog().shipped / "robots"
@@ -79,7 +80,8 @@ def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: 
     axes = {}
     for axis, of in measured.axes.items():
         fits = of.latency is not None and random.random() < 0.7
-        axes[axis] = of.replaced(
+        axes[axis] = replaced(
+            of,
             max_speed=worse(of.max_speed, 0.4, 1.2),
             lag=worse(of.lag + 0.05, 0.2, 6.0),
             latency=worse(of.latency + 0.02, 0.2, 6.0) if fits else None,
@@ -90,7 +92,7 @@ def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: 
     if wheels is not None:
         size = worse(wheels.effective_wheel_separation, 0.6, 1.6)
         wheels = WheelFigures(effective_wheel_separation=size, icr_offset=float(random.uniform(-0.2, 0.2)))
-    return measured.replaced(**axes, wheels=wheels, model=model_hash(robot))
+    return replaced(measured, **axes, wheels=wheels, model=model_hash(robot))
 
 
 @pytest.mark.parametrize("base", [file.parent.name for file in sorted(SHIPPED.glob("*/identified.toml"))])

@@ -10,6 +10,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog, PlannerSpec
+from rocs_bt.declare import replaced
 from rocs_bt.event import ActuatorCommanded, BodyMoved, ListSink, RuleChanged, SensorRead, TicketChanged
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
@@ -87,7 +88,7 @@ def test_the_streams_draw_the_same_number_of_times_whatever_the_planner_does():
 
 
 def test_a_latency_delays_the_plan_and_no_reflex():
-    slow = TREE.replaced(latency=0.3)
+    slow = replaced(TREE, latency=0.3)
     tickets = {}
     for name, planner in (("fast", TREE), ("slow", slow)):
         found = events(planner, duration=10.0)
@@ -112,7 +113,7 @@ def test_a_latency_delays_the_plan_and_no_reflex():
 def test_a_robot_goes_on_while_its_planner_thinks():
     """A Python planner decides anew each turn; with a latency it is driven in every period from then on."""
     for latency in (0.0, 0.25):
-        found = events(RANDOM.replaced(latency=latency), duration=2.0)
+        found = events(replaced(RANDOM, latency=latency), duration=2.0)
         commands = [e for e in found if isinstance(e, ActuatorCommanded) and e.agent == "R2" and e.t < 1.99]
         driven = [e.t for e in commands if e.route == "deliberative"]
         assert driven == pytest.approx([0.05 * k for k in range(round(latency / 0.05), 40)])

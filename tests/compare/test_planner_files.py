@@ -12,6 +12,7 @@ from rocs_bt.catalog import Catalog, PlannerSpec, read_planner
 from rocs_bt.compare import ScenarioScene
 from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.runner import EpisodeRunner
+from rocs_bt.declare import replaced
 
 
 def write(project, text):
@@ -43,8 +44,8 @@ def test_a_planner_takes_the_place_of_mission_rules_parameters_and_latency_of_on
     changed = planner.drives(scenario, "R2")
     before, after = ({agent.name: agent for agent in s.agents} for s in (scenario, changed))
     assert {name for name in before if before[name] != after[name]} == {"R2"}
-    assert after["R2"] == before["R2"].replaced(
-        mission="go_to", rules=(), parameters={"cruise": "0.1 m/s"}, latency=None
+    assert after["R2"] == replaced(
+        before["R2"], mission="go_to", rules=(), parameters={"cruise": "0.1 m/s"}, latency=None
     )
     assert (changed.file, changed.actors, changed.world) == (scenario.file, scenario.actors, scenario.world)
 
@@ -54,7 +55,7 @@ def test_a_planner_on_a_robot_also_replaces_the_robot_of_the_agent(catalog):
     own, tree = (catalog.load_planner(name) for name in ("@robotino", "tree@robotino"))
     assert (own.name, tree.name) == ("@robotino", "tree@robotino")
     (before, after, other) = (spec.agents[0] for spec in (scenario, *(p.drives(scenario, "R2") for p in (own, tree))))
-    assert after == before.replaced(robot="robotino")
+    assert after == replaced(before, robot="robotino")
     assert (other.robot, other.mission, other.rules) == ("robotino", "go_to", ("avoid_collision",))
 
 
@@ -82,7 +83,7 @@ def test_a_python_planner_sees_what_the_robot_knows(project, catalog, planner):
 def test_reflexes_cut_in_on_a_python_planner_and_it_goes_on_after_them(project, catalog, planner):
     planner("told", "return 0.5, 0.5")
     blind = catalog.load_planner("told")
-    wary = blind.replaced(rules=("avoid_collision",))
+    wary = replaced(blind, rules=("avoid_collision",))
     text = (project / "scenarios" / "short.toml").read_text().replace('"2 s"', '"8 s"')
     (project / "scenarios" / "short.toml").write_text(text)
     assert play(blind, project).outcome == "collision"
@@ -98,9 +99,9 @@ def test_what_a_python_planner_draws_is_keyed_by_scenario_and_seed(project, cata
 
 
 def test_parameters_of_a_python_planner_have_units(project, catalog):
-    slow = catalog.load_planner("random").replaced(parameters={"speed": "1 cm/s"})
+    slow = replaced(catalog.load_planner("random"), parameters={"speed": "1 cm/s"})
     assert play(slow, project).metrics["path_length"] < 0.025
-    wrong = slow.replaced(parameters={"speed": "1 kg"})
+    wrong = replaced(slow, parameters={"speed": "1 kg"})
     with pytest.raises(InputError, match="speed must be in m/s"):
         play(wrong, project)
 
@@ -125,7 +126,7 @@ def test_only_an_oracle_is_told_more(project, catalog, planner):
     runner = EpisodeRunner(project)
     setting = dataclasses.replace(runner.prepare(ScenarioScene("short")), privileged={"map": 7})
     blind = catalog.load_planner("told")
-    seeing = blind.replaced(oracle=True)
+    seeing = replaced(blind, oracle=True)
     outcomes = [run(setting.with_planner(planner), setting.catalog).outcomes["R2"] for planner in (blind, seeing)]
     assert outcomes == ["failed", "timeout"]
 

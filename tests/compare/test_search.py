@@ -18,6 +18,7 @@ from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, lo
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
 from rocs_bt.control.footprint import Footprint
+from rocs_bt.declare import replaced
 from rocs_bt.search.draft import Draft
 from rocs_bt.search.keep import keep
 from rocs_bt.search.player import Player
@@ -258,7 +259,7 @@ def test_numbers_are_drawn_from_half_to_twice_and_flags_are_flags(yard):
     assert {d.parameters["blocked"] for d in drawn} == {0, 1}
     assert all(0.1 <= d.parameters["size"] <= 0.2 for d in drawn)
     assert len({d.index for d in drawn}) == 40
-    assert drawn[0].scene == family.replaced(**drawn[0].parameters).scene(drawn[0].index)
+    assert drawn[0].scene == replaced(family, **drawn[0].parameters).scene(drawn[0].index)
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from rocs_bt.compare.pool import EXIT_TIMEOUT, WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
 from rocs_bt.compare.runner import EpisodeRunner, run_episode
 from rocs_bt.compare.store import Cost
+from rocs_bt.declare import replaced
 
 from .patient import Patient
 
@@ -80,7 +81,7 @@ def test_a_record_is_what_the_run_was(catalog, project):
 def test_robots_are_compared_in_the_scenarios_own_mission(catalog, project):
     """The episode of `@ROBOT` is the run of the same scenario with that robot."""
     scenario = catalog.load_scenario("short")
-    scenario = scenario.replaced(agents=(scenario.agents[0].replaced(robot="robotino"), *scenario.agents[1:]))
+    scenario = replaced(scenario, agents=(replaced(scenario.agents[0], robot="robotino"), *scenario.agents[1:]))
     record, usual = sweep(["@robotino", "tree@robotino"], ["short"], (4,), catalog=catalog, executor=Here()).records()
     assert record.planner == "@robotino"
     expected = run(scenario, catalog, seed=4).summary
@@ -152,7 +153,7 @@ def test_caches_change_nothing(project):
         assert _Short(EpisodeRunner(project)).play(episode) == record
         plain = Catalog(project)
         spec = episode.planner.drives(plain.load_scenario(record.scene), "R2")
-        summary = run(spec.replaced(duration=3.0), plain, seed=episode.seed).summary
+        summary = run(replaced(spec, duration=3.0), plain, seed=episode.seed).summary
         assert (summary.trajectory_hash, summary.content_hash) == (record.trajectory_hash, record.content)
 
 
@@ -168,7 +169,7 @@ class _Short:
 
     def play(self, episode):
         setting = self._runner.prepare(episode.scene)
-        short = replace(setting, scenario=setting.scenario.replaced(duration=3.0))
+        short = replace(setting, scenario=replaced(setting.scenario, duration=3.0))
         self._runner._prepared[episode.scene] = short
         return self._runner.play(episode)
 
@@ -181,18 +182,18 @@ def test_what_an_episode_depends_on_makes_its_key_and_nothing_else(project, cata
     def key(who=tree, where=place, seed=1):
         return Keys(Catalog(project)).of(who, where, seed)
 
-    same = [key(), key(tree.replaced(doc="Other words.", source="x"))]
+    same = [key(), key(replaced(tree, doc="Other words.", source="x"))]
     assert same[0] == same[1]
     others = [
         key(told),
         key(seed=2),
         key(where=ScenarioScene("exp1")),
         key(where=ScenarioScene("short", "R2")),
-        key(tree.replaced(parameters={"cruise": "0.3 m/s"})),
-        key(tree.replaced(latency=0.1)),
-        key(tree.replaced(latency=None)),
-        key(tree.replaced(rules=())),
-        key(tree.replaced(name="other")),
+        key(replaced(tree, parameters={"cruise": "0.3 m/s"})),
+        key(replaced(tree, latency=0.1)),
+        key(replaced(tree, latency=None)),
+        key(replaced(tree, rules=())),
+        key(replaced(tree, name="other")),
     ]
     assert len({*others, same[0]}) == len(others) + 1
     before = key(told)

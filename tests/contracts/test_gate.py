@@ -16,6 +16,7 @@ from rocs_bt.agent import Controller, Runtime, ThreadedRunner
 from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
 from rocs_bt.interfaces.action import ActionFailed
 from rocs_bt.interfaces.safety import Limits
@@ -183,8 +184,8 @@ def test_nothing_gets_past_the_gate_of_a_robot_as_it_is_shipped(robot):
 
 def assert_held_in_mujoco(limits, robot, mode):
     exp1 = CATALOG.load_scenario("exp1")
-    agent = exp1.agents[0].replaced(robot=robot, rules=(), pose=Pose2(-1.5, -1.5, 0.0))
-    scenario = exp1.replaced(agents=(agent,), actors=(), end_on_collision=False)
+    agent = replaced(exp1.agents[0], robot=robot, rules=(), pose=Pose2(-1.5, -1.5, 0.0))
+    scenario = replaced(exp1, agents=(agent,), actors=(), end_on_collision=False)
     logs, sink = [], ListSink()
 
     def prepare(stage):

@@ -19,6 +19,7 @@ from rocs_bt.control.locomotion_kinds import (
     tracked_drive,
     twist_body,
 )
+from rocs_bt.declare import replaced
 from rocs_bt.running import Run
 from rocs_bt.testing.missions import play
 
@@ -42,7 +43,7 @@ FUNCTIONS = {
     "drive": lambda agent, **wrong: rocs_bt.drive("exp1", CATALOG, **wrong),
     "conduct": lambda agent, **wrong: made().conduct(**wrong),
     "changed": lambda agent, **wrong: RunOptions().changed(**wrong),
-    "replaced": lambda agent, **wrong: CATALOG.load_scenario("exp1").replaced(**wrong),
+    "replaced": lambda agent, **wrong: replaced(CATALOG.load_scenario("exp1"), **wrong),
     "play": lambda agent, **wrong: play("exp1", catalog=CATALOG, **wrong),
     "act": lambda agent, **wrong: rocs_bt.run(
         "exp1", CATALOG, missions={"R2": lambda mission: mission.act("GoTo", goal="goal", **wrong)}

@@ -44,6 +44,7 @@ from rocs_bt.declare import (
     read,
     read_root,
     read_values,
+    replaced,
 )
 
 
@@ -76,7 +77,7 @@ class Corner(Value):
     x: Metres
     y: Metres = 0.0
 
-    def made(self) -> tuple[float, float]:
+    def _made(self) -> tuple[float, float]:
         return self.x, self.y
 
 
@@ -250,8 +251,8 @@ def test_a_document_becomes_an_object_in_si_units(tmp_path: Path) -> None:
     assert mine.parameters == {"reach": "any", "more": {"deep": 3}}
     assert place_of(mine.parameters, "reach") == (tmp_path / "whole.toml", 16, 1)
     assert positions_of(mine.parameters) == {"reach": (16, 1), "more": (18, 1), "more.deep": (19, 1)}
-    assert (eye.line, mine.line, mine.place("driver")[1:]) == (6, 13, (15, 1))
-    assert made.replaced(doc="x").line == made.line
+    assert (place_of(eye).line, place_of(mine).line, place_of(mine, "driver")[1:]) == (6, 13, (15, 1))
+    assert place_of(replaced(made, doc="x")) == place_of(made)
 
 
 SPOILED = {
@@ -316,8 +317,8 @@ def test_objects_made_in_python_are_values() -> None:
     one, two = (Part(name="a", many=(1, 2)) for _ in range(2))
     assert one == two
     assert hash(one) == hash(two)
-    assert one.replaced(share=0.25) != one
-    assert (one.line, one.place()) == (0, (None, 0, 0))
+    assert replaced(one, share=0.25) != one
+    assert place_of(one) == (None, 0, 0)
     with pytest.raises(TypeError, match="Part takes no shares"):
         Part(name="a", shares=1.0)
     with pytest.raises(TypeError, match="Part needs name"):
@@ -326,13 +327,23 @@ def test_objects_made_in_python_are_values() -> None:
         one.share = 1.0  # type: ignore[misc]
 
 
+def test_every_name_without_an_underscore_can_be_a_field_unless_a_base_defines_it() -> None:
+    assert [name for name in dir(Value) if name[0] != "_"] == []
+
+    class Body(Value):
+        def travel(self) -> None: ...
+
+    with pytest.raises(TypeError, match="'travel' cannot be a field of Robot: it is a member of Body"):
+        type("Robot", (Body,), {"__annotations__": {"travel": float}})
+
+
 def test_every_shipped_scenario_has_the_places_of_its_tables() -> None:
     catalog = Catalog()
     for entry in catalog.list("scenario"):
         scenario = catalog.read_scenario(entry.name)
         assert isinstance(scenario, ScenarioSpec)
         for each in (*scenario.agents, *scenario.places):
-            assert each.line > 0, (entry.name, each.name)
+            assert place_of(each).line > 0, (entry.name, each.name)
 
 
 def test_a_text_may_name_what_the_document_declares(tmp_path: Path) -> None:

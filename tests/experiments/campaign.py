@@ -22,6 +22,7 @@ from typing import Any
 from rocs_bt import run
 from rocs_bt.catalog import CachingCatalog, ScenarioSpec
 from rocs_bt.compare.run_sweep import local_pool
+from rocs_bt.declare import replaced
 
 SHARES = ("success", "clean", "clean_with_reflex", "collided", "fell", "struck")
 """Printed shares of the runs; `clean_with_reflex` of those in which a reflex was active."""
@@ -33,12 +34,12 @@ def variant(experiment: str, control: float, robot: str | None) -> tuple[Caching
     catalog = CachingCatalog()
     scenario = catalog.load_scenario(experiment)
     if robot is not None:
-        agents = (scenario.agents[0].replaced(robot=robot), *scenario.agents[1:])
-        scenario = scenario.replaced(agents=agents)
+        agents = (replaced(scenario.agents[0], robot=robot), *scenario.agents[1:])
+        scenario = replaced(scenario, agents=agents)
     if control == scenario.rate.control:
         return catalog, scenario
-    rate = scenario.rate.replaced(control=control, sensors=control)
-    return catalog, scenario.replaced(rate=rate)
+    rate = replaced(scenario.rate, control=control, sensors=control)
+    return catalog, replaced(scenario, rate=rate)
 
 
 def episode(experiment: str, seed: int, control: float, robot: str | None = None) -> dict[str, Any]:

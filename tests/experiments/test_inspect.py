@@ -11,6 +11,7 @@ import pytest
 from rocs_bt import Summary, run
 from rocs_bt.base.geometry import wrap_angle
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, ListSink
 
 CATALOG = Catalog()
@@ -27,7 +28,7 @@ def episode(seed: int, *rules: str) -> tuple[Summary, list[BodyMoved]]:
     """Summary, and poses of the robot in each control period."""
     sink = ListSink()
     summary = run(
-        SCENARIO.replaced(agents=(SCENARIO.agents[0].replaced(rules=rules),)), CATALOG, seed=seed, sinks=[sink]
+        replaced(SCENARIO, agents=(replaced(SCENARIO.agents[0], rules=rules),)), CATALOG, seed=seed, sinks=[sink]
     )
     return summary.summary, [e for e in sink.events if isinstance(e, BodyMoved) and e.body == "Q"]
 

@@ -12,6 +12,7 @@ import pytest
 from benchmarks.paper.campaign import Job, play_all
 from rocs_bt import Summary, run
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
@@ -36,7 +37,7 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
     assert [a.robot for a in spec.agents] == [a.robot + "_localised" for a in base.agents]
     assert [a.name for a in spec.agents] == agents
     for own, other in zip(spec.agents, base.agents, strict=True):
-        assert own.replaced(robot="") == other.replaced(robot="")
+        assert replaced(own, robot="") == replaced(other, robot="")
     assert [(m.name, m.robot, m.parameters) for m in spec.actors] == [
         (m.name, m.robot, m.parameters) for m in base.actors
     ]

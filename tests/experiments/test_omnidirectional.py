@@ -11,6 +11,7 @@ import pytest
 from rocs_bt import Summary, run
 from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, ContactBegan, ListSink
 
 CATALOG = Catalog()
@@ -44,7 +45,7 @@ def episode(scenario: str, seed: int) -> tuple[Summary, dict[str, list[Pose2]], 
 def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     spec, base = CATALOG.load_scenario(scenario), CATALOG.load_scenario("exp1")
     assert [a.robot for a in spec.agents] == [robot]
-    assert [a.replaced(robot="") for a in spec.agents] == [a.replaced(robot="") for a in base.agents]
+    assert [replaced(a, robot="") for a in spec.agents] == [replaced(a, robot="") for a in base.agents]
     assert spec.world == base.world
     assert spec.duration == (120.0 if robot == "humanoid" else base.duration), "only the slow one has more time"
     assert str(spec.places) == str(base.places)

@@ -12,6 +12,7 @@ import rocs_bt
 from rocs_bt import Summary
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PushSpec
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, Event, ListSink, RobotPushed, RuleChanged
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.plot import FIGURES
@@ -26,7 +27,7 @@ ROUND = ["north_west", "north_east", "south_east", "home"]
 def episode(seed: int, *pushes: PushSpec, duration: float = SCENARIO.duration) -> tuple[Summary, list[Event]]:
     """Summary and events of one run with these pushes."""
     sink = ListSink()
-    scenario = SCENARIO.replaced(pushes=pushes, duration=duration)
+    scenario = replaced(SCENARIO, pushes=pushes, duration=duration)
     return rocs_bt.run(scenario, CATALOG, seed=seed, sinks=[sink]).summary, sink.events
 
 
@@ -83,7 +84,7 @@ def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
 
 
 def test_height_and_tilt_are_drawn(tmp_path: Path) -> None:
-    scenario = SCENARIO.replaced(duration=1.0)
+    scenario = replaced(SCENARIO, duration=1.0)
     run = History(Recording.open(rocs_bt.run(scenario, CATALOG, seed=1, out=tmp_path, report=False).recording))
     (height,) = [figure for figure in FIGURES if figure.name == "height"]
     assert height.applies([run])

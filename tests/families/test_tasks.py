@@ -16,6 +16,7 @@ from rocs_bt import Catalog, Pose2, run
 from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Building, TaskFamily, load_family
 from rocs_bt.compare.building import Route
+from rocs_bt.declare import replaced
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.search.space import SearchSpace
 from rocs_bt.simulation import Goal, Judge
@@ -103,7 +104,7 @@ def test_who_drives_has_no_part_in_the_building(name: str) -> None:
     """A task's own mission is given its route planner; another mission knows of none."""
     family = load_family(Catalog(), name)
     assert isinstance(family, TaskFamily)
-    scenes = [family.replaced(**who).scene(3) for who in ({}, {"planner": "dijkstra"}, {"mission": "go_to"})]
+    scenes = [replaced(family, **who).scene(3) for who in ({}, {"planner": "dijkstra"}, {"mission": "go_to"})]
     assert len({(scene.world, tuple(scene.reference)) for scene in scenes}) == 1
     told = [scene.scenario["agent"][0]["parameters"] for scene in scenes]
     assert told == [{"goal": "goal", "planner": "astar"}, {"goal": "goal", "planner": "dijkstra"}, {"goal": "goal"}]

@@ -10,6 +10,7 @@ import pytest
 
 from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, Event, SensorFailed
 from rocs_bt.running import RunResult
 from rocs_bt.simulation import SimulatedWorld
@@ -85,7 +86,7 @@ def broken() -> Callable[..., Outcome]:
         catalog = Catalog()
         spec = catalog.load_scenario("exp1")
         if rules is not None:
-            spec = spec.replaced(agents=tuple(agent.replaced(rules=rules) for agent in spec.agents))
+            spec = replaced(spec, agents=tuple(replaced(agent, rules=rules) for agent in spec.agents))
         outcome.result = run(spec, catalog, prepare=begin, sinks=[outcome], **kwargs)
         return outcome
 

@@ -5,6 +5,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 
 CATALOG = Catalog()
 ROBOTS = ("jackal", "turtlebot3_burger", "rosbot_xl")
@@ -13,11 +14,11 @@ ROBOTS = ("jackal", "turtlebot3_burger", "rosbot_xl")
 def played(mission, robot, tolerance, parameters):
     """Outcome of a drive of 1 m over a plane to a goal with this tolerance [m]."""
     scenario = CATALOG.load_scenario("exp1")
-    goal = scenario.places[0].replaced(tolerance=tolerance)
-    agent = scenario.agents[0].replaced(
-        robot=robot, mission=mission, rules=(), pose=Pose2(-1.0, 0.2, 0.5), parameters=parameters
+    goal = replaced(scenario.places[0], tolerance=tolerance)
+    agent = replaced(
+        scenario.agents[0], robot=robot, mission=mission, rules=(), pose=Pose2(-1.0, 0.2, 0.5), parameters=parameters
     )
-    scenario = scenario.replaced(world="plane", places=(goal,), agents=(agent,), actors=(), duration=15.0)
+    scenario = replaced(scenario, world="plane", places=(goal,), agents=(agent,), actors=(), duration=15.0)
     (found,) = run(scenario, CATALOG, seed=1).summary.agents.values()
     return found
 

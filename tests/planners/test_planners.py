@@ -11,6 +11,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Block, FamilyScene, Ground, Post, Scene, goal_scenario, load_family
 from rocs_bt.compare.episode import Episode, GeneratedScene
 from rocs_bt.compare.runner import EpisodeRunner
+from rocs_bt.declare import replaced
 
 OFFICE = FamilyScene("office", 3)
 NAMES = [entry.name for entry in Catalog().list("planner")]
@@ -23,7 +24,7 @@ def played(name, privileged=True):
     given = prepared.privileged if privileged else {}
     short = replace(
         prepared,
-        scenario=prepared.scenario.replaced(duration=2.0),
+        scenario=replaced(prepared.scenario, duration=2.0),
         privileged=given,
     )
     runner._prepared[OFFICE] = short

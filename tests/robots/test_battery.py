@@ -8,6 +8,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.declare import replaced
 from rocs_bt.drivers.mock import MockRobot, MockWorld, make_sensor
 from rocs_bt.event import KnowledgeChanged, ListSink
 from rocs_bt.plan import xml_mission
@@ -75,8 +76,9 @@ def test_nav2s_condition_reads_the_signal(robot, low):
     text = f'<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>{"".join(steps)}</Sequence></BehaviorTree></root>'
     catalog = Catalog()
     scenario = catalog.load_scenario("patrol_charge")
-    scenario = scenario.replaced(
-        agents=(scenario.agents[0].replaced(robot=robot, success=scenario.agents[0].success.replaced(after={})),),
+    scenario = replaced(
+        scenario,
+        agents=(replaced(scenario.agents[0], robot=robot, success=replaced(scenario.agents[0].success, after={})),),
         requirements=(),
     )
     build = catalog.with_content(xml_mission(text, dialect="nav2"))

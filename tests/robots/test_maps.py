@@ -4,6 +4,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 
 CATALOG = Catalog()
 ROBOTS = {entry.name: CATALOG.load_robot(entry.name) for entry in CATALOG.list("robot")}
@@ -20,7 +21,7 @@ def test_a_robot_with_a_scanner_has_a_map(name):
 @pytest.mark.parametrize("name", SIMULATED)
 def test_its_contact_time_is_valid_between_two_scans(name):
     scenario = CATALOG.load_scenario("exp1")
-    agent = scenario.agents[0].replaced(robot=name, rules=("contact",), mission="go_to")
-    scenario = scenario.replaced(world="plane", agents=(agent,), actors=(), duration=1.5)
+    agent = replaced(scenario.agents[0], robot=name, rules=("contact",), mission="go_to")
+    scenario = replaced(scenario, world="plane", agents=(agent,), actors=(), duration=1.5)
     (summary,) = run(scenario, CATALOG, seed=1).summary.agents.values()
     assert not summary.reflex_activations  # the rule Blind of `contact` fires while `contact_time` is invalid

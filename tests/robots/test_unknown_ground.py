@@ -5,6 +5,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, SuccessSpec
+from rocs_bt.declare import replaced
 
 CATALOG = Catalog()
 ROBOTS = {entry.name: CATALOG.load_robot(entry.name) for entry in CATALOG.list("robot")}
@@ -26,12 +27,18 @@ def back_off(tmp_path_factory):
 
 def played(robot, pose, mission, rules=(), duration=6.0, goal=None):
     scenario = CATALOG.load_scenario("exp1")
-    place = scenario.places[0] if goal is None else scenario.places[0].replaced(pose=goal)
-    agent = scenario.agents[0].replaced(
-robot=robot, mission=mission, rules=rules, pose=pose, jitter=Pose2(0.0, 0.0), success=SuccessSpec(),
+    place = scenario.places[0] if goal is None else replaced(scenario.places[0], pose=goal)
+    agent = replaced(
+        scenario.agents[0],
+        robot=robot,
+        mission=mission,
+        rules=rules,
+        pose=pose,
+        jitter=Pose2(0.0, 0.0),
+        success=SuccessSpec(),
         parameters={} if goal is None else {"goal": "goal"},
-    )  # fmt: skip
-    scenario = scenario.replaced(places=(place,), agents=(agent,), actors=(), duration=duration)
+    )
+    scenario = replaced(scenario, places=(place,), agents=(agent,), actors=(), duration=duration)
     (found,) = run(scenario, CATALOG, seed=1).summary.agents.values()
     return found
 

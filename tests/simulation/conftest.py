@@ -10,6 +10,7 @@ import pytest
 from rocs_bt.base.errors import BlockError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
+from rocs_bt.declare import replaced
 from rocs_bt.event import EventSink, ListSink
 from rocs_bt.running import Episode, Result, SimulatedStage
 from rocs_bt.simulation import SimulatedWorld, build_world
@@ -97,9 +98,9 @@ def built(exp1, catalog):
     """Build the world of EXP1 without R1, and with other ground."""
 
     def build(*grounds: GroundSpec, at: Pose2 = WEST, seed: int = 1, sink=None, **changed):
-        start = exp1.agents[0].replaced(pose=at, jitter=Pose2(0.0, 0.0, 0.0))
+        start = replaced(exp1.agents[0], pose=at, jitter=Pose2(0.0, 0.0, 0.0))
         fields = {"agents": (start,), "actors": (), "world": "arena", "grounds": grounds, **changed}
-        return build_world(exp1.replaced(**fields), catalog, seed, sink or ListSink())
+        return build_world(replaced(exp1, **fields), catalog, seed, sink or ListSink())
 
     return build
 

@@ -17,6 +17,7 @@ from rocs_bt.base.clock import WallClock
 from rocs_bt.base.errors import BlockError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
 from rocs_bt.running import Episode, SimulatedStage
 from rocs_bt.simulation import FreePose, PhysicsThread, build_world, free_goal_poses, stream
@@ -27,8 +28,8 @@ Play = Callable[..., tuple]
 
 def at(exp1: ScenarioSpec, x: float, y: float, yaw: float) -> ScenarioSpec:
     """EXP1 with R2 starting elsewhere, exactly there."""
-    agent = exp1.agents[0].replaced(pose=Pose2(x, y, yaw), jitter=Pose2(0.0, 0.0, 0.0))
-    return exp1.replaced(agents=(agent,))
+    agent = replaced(exp1.agents[0], pose=Pose2(x, y, yaw), jitter=Pose2(0.0, 0.0, 0.0))
+    return replaced(exp1, agents=(agent,))
 
 
 def touched(sink: ListSink) -> list[tuple[str, str, str]]:
@@ -83,15 +84,15 @@ def test_driving_into_the_box_is_a_collision(exp1: ScenarioSpec, play: Play) -> 
 
 
 def test_a_scenario_may_end_on_collision(exp1: ScenarioSpec, play: Play) -> None:
-    scenario = at(exp1, -0.5, 1.8, -math.pi / 2).replaced(end_on_collision=True)
+    scenario = replaced(at(exp1, -0.5, 1.8, -math.pi / 2), end_on_collision=True)
     result = play(scenario, lambda t: (0.4, 0.4), ListSink(), duration=10.0)[0]
     assert result.verdicts["R2"].outcome == "collision"
     assert 0.5 < result.sim_time < 2.0
 
 
 def test_being_run_into_while_standing_is_struck(exp1: ScenarioSpec, play: Play) -> None:
-    actor = exp1.actors[0].replaced(pose=Pose2(1.6, -1.0, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
-    scenario = at(exp1, 1.0, -1.0, 0.0).replaced(actors=(actor,))
+    actor = replaced(exp1.actors[0], pose=Pose2(1.6, -1.0, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
+    scenario = replaced(at(exp1, 1.0, -1.0, 0.0), actors=(actor,))
     for seed in range(1, 12):  # until the walk leads into R2
         sink = ListSink()
         result = play(scenario, lambda t: (0.0, 0.0), sink, seed=seed, duration=12.0)[0]
@@ -137,7 +138,7 @@ def test_who_closes_the_viewer_interrupts_the_run(exp1: ScenarioSpec, play: Play
 
 def test_a_mind_that_falls_silent_stops_and_it_is_told(exp1: ScenarioSpec, play: Play) -> None:
     sink = ListSink()
-    scenario = at(exp1, 0.0, 0.0, -1.5).replaced(actors=())
+    scenario = replaced(at(exp1, 0.0, 0.0, -1.5), actors=())
     play(scenario, lambda t: (0.3, 0.3) if t < 1.0 else None, sink, duration=2.5)
     expired = [e.t for e in sink.events if isinstance(e, CommandExpired)]
     assert len(expired) == 1
@@ -158,8 +159,8 @@ def test_the_walker_stays_off_walls_and_box_within_its_speed(exp1: ScenarioSpec,
 
 
 def test_a_start_is_drawn_anew_until_it_is_free(exp1: ScenarioSpec, catalog: Catalog) -> None:
-    agent = exp1.agents[0].replaced(pose=Pose2(-0.5, 1.5, 0.0), jitter=Pose2(0.0, 0.3, 0.0))
-    scenario = exp1.replaced(agents=(agent,))
+    agent = replaced(exp1.agents[0], pose=Pose2(-0.5, 1.5, 0.0), jitter=Pose2(0.0, 0.3, 0.0))
+    scenario = replaced(exp1, agents=(agent,))
     for seed in range(10):
         stage = build_world(scenario, catalog, seed, NullSink())
         assert stage.world.clearance("R2")[0] > 0.0
@@ -191,16 +192,16 @@ def test_the_words_of_a_scenario_file_key_nothing(tmp_path) -> None:
 
 
 def test_fifty_hertz_works(exp1: ScenarioSpec, play: Play) -> None:
-    rate = exp1.rate.replaced(control=50.0, sensors=50.0)
+    rate = replaced(exp1.rate, control=50.0, sensors=50.0)
     sink = ListSink()
-    play(exp1.replaced(rate=rate), lambda t: (0.1, 0.1), sink, duration=1.0)
+    play(replaced(exp1, rate=rate), lambda t: (0.1, 0.1), sink, duration=1.0)
     assert len([e for e in sink.events if isinstance(e, BodyMoved) and e.body == "R2"]) == 51
 
 
 def at_the_goal(catalog: Catalog, name: str) -> list[FreePose]:
     scenario = catalog.load_scenario(name)
     goal = scenario.places[0]
-    stage = build_world(scenario.replaced(actors=()), catalog, 1, NullSink())
+    stage = build_world(replaced(scenario, actors=()), catalog, 1, NullSink())
     return list(free_goal_poses(stage.world, "R2", goal.pose, goal.tolerance, stage.sensors["R2"]))
 
 

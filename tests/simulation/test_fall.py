@@ -9,6 +9,7 @@ import pytest
 from rocs_bt.base.errors import UnknownName
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import load_robot
+from rocs_bt.declare import replaced
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.event import ListSink, OutcomeDecided
 from rocs_bt.running import Episode, SimulatedStage
@@ -147,8 +148,8 @@ def tipped(stage, seconds: float):
 def test_a_robot_that_is_upright_again_within_five_seconds_has_not_fallen(
     exp1, make_mind, catalog, seconds, outcome, end
 ) -> None:
-    start = exp1.agents[0].replaced(pose=Pose2(0.0, -1.5, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
-    scenario, sink = exp1.replaced(agents=(start,), actors=()), ListSink()
+    start = replaced(exp1.agents[0], pose=Pose2(0.0, -1.5, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
+    scenario, sink = replaced(exp1, agents=(start,), actors=()), ListSink()
     stage = build_world(scenario, catalog, 1, sink)
     mind = make_mind("R2", stage, lambda t: (0.0, 0.0))
     change = tipped(stage, seconds)

@@ -11,6 +11,7 @@ from rocs_bt._run import run
 from rocs_bt.agent import Agent
 from rocs_bt.catalog import CachingCatalog
 from rocs_bt.compare import load_family
+from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved
 
 CATALOG = CachingCatalog(None, code=True)
@@ -40,10 +41,8 @@ def played(monkeypatch, planner, family="crowd", duration=1.3, index=3001, chang
         movers[count] = self.knowledge.world.movers, self.knowledge.world.foreseen
 
     monkeypatch.setattr(Agent, "step", watched)
-    spec = (
-        catalog.load_planner(planner)
-        .replaced(**(change or {}))
-        .drives(catalog.load_scenario(scene.name), "R", scene.privileged)
+    spec = replaced(catalog.load_planner(planner), **(change or {})).drives(
+        catalog.load_scenario(scene.name), "R", scene.privileged
     )
     run(spec, catalog, seed=1, report=False, sinks=[places])
     return movers, {k: np.array(list(row.values())) for k, row in places.rows.items()}

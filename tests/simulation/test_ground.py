@@ -12,6 +12,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec
 from rocs_bt.check import check_scenario
+from rocs_bt.declare import replaced
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.event import ListSink
 from rocs_bt.simulation import build_world
@@ -48,7 +49,7 @@ def test_steps_rise_along_their_length(built, y, height) -> None:
 
 def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(built) -> None:
     one, again, other = (built(GRAVEL, seed=seed).world for seed in (1, 1, 2))
-    renamed = built(GRAVEL.replaced(name="scree")).world
+    renamed = built(replaced(GRAVEL, name="scree")).world
     assert one.model.hfield_data.tobytes() == again.model.hfield_data.tobytes()
     assert not np.array_equal(one.model.hfield_data, other.model.hfield_data)
     assert not np.array_equal(one.model.hfield_data, renamed.model.hfield_data)
@@ -92,7 +93,7 @@ def test_range_sensors_see_ground_that_is_high(built) -> None:
 
 
 def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
-    simulated = built(BLOCK.replaced(pose=Pose2(0.0, 0.0), length=1.0), at=Pose2(0.0, 0.0))
+    simulated = built(replaced(BLOCK, pose=Pose2(0.0, 0.0), length=1.0), at=Pose2(0.0, 0.0))
     world: MujocoWorld = simulated.world
     q = world.robots["R2"].q
     world.data.qpos[q + 2] += 0.3
@@ -106,7 +107,7 @@ def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
 @pytest.mark.parametrize("height", [0.3, 1.0])
 @pytest.mark.parametrize("kind", ["step", "slope"])
 def test_a_robot_that_drives_against_a_side_face_of_the_ground_collides_and_does_not_fall(built, height, kind) -> None:
-    block = BLOCK.replaced(kind=kind, height=height, pose=Pose2(1.0, 0.0, math.pi), length=1.4)
+    block = replaced(BLOCK, kind=kind, height=height, pose=Pose2(1.0, 0.0, math.pi), length=1.4)
     simulated = built(block, at=Pose2(-0.5, 0.0))
     driven(simulated, 3.0)
     contacts = simulated.world.contacts()

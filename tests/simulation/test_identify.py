@@ -15,7 +15,7 @@ from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog, content_hash, robot_locomotion
 from rocs_bt.check import Findings, check_content
 from rocs_bt.cli.main import call
-from rocs_bt.declare import Value
+from rocs_bt.declare import replaced, values_of
 from rocs_bt.simulation.identified_file import identified_path, model_hash, read_identified
 from rocs_bt.simulation.identify import Identified, identify
 
@@ -137,7 +137,7 @@ def test_the_command_tells_people_and_programs_the_same_and_writes_the_file(
     file.unlink()
     assert call(["identify", str(rover), "--json", "--dry-run"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert {**told, "robot": QUICK} == json.loads(json.dumps(found(QUICK).values(), default=Value.values))
+    assert {**told, "robot": QUICK} == json.loads(json.dumps(values_of(found(QUICK)), default=values_of))
     assert not file.exists()
     assert call(["identify", str(rover)]) == 0
     text = capsys.readouterr().out
@@ -424,8 +424,8 @@ def test_a_braking_model_that_does_not_fit_is_not_written(
     assert (measured.latency, measured.deceleration) == (None, None)
     last = found(QUICK).axes["vx"].braking[-1]
     assert last.distance < measured.stop_distance == pytest.approx(found(QUICK).axes["vx"].stop_distance, rel=0.01)
-    vx = found(QUICK).axes["vx"].replaced(latency=None, deceleration=None, stop_distance=0.6, misfit=4.9)
-    odd = found(QUICK).replaced(axes={**found(QUICK).axes, "vx": vx})
+    vx = replaced(found(QUICK).axes["vx"], latency=None, deceleration=None, stop_distance=0.6, misfit=4.9)
+    odd = replaced(found(QUICK), axes={**found(QUICK).axes, "vx": vx})
     monkeypatch.setattr("rocs_bt.simulation.identify.identify", lambda *_: odd)
     assert call(["identify", str(rover)]) == 0
     assert "do not describe the braking along vx" in capsys.readouterr().out

@@ -17,6 +17,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
+from rocs_bt.declare import replaced
 from rocs_bt.record import Recording
 from rocs_bt.record.why import explain
 
@@ -163,7 +164,7 @@ def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
     assert catalog.load_robot("apart").actuators[0].isolated
     assert not check_content([tmp_path]).faults
     plain = catalog.load_scenario("exp1")
-    apart = plain.replaced(agents=tuple(agent.replaced(robot="apart") for agent in plain.agents))
+    apart = replaced(plain, agents=tuple(replaced(agent, robot="apart") for agent in plain.agents))
     found = [run(each, catalog, duration=2.0, report=False, out=tmp_path / "run") for each in (plain, apart)]
     assert found[0].summary.trajectory_hash == found[1].summary.trajectory_hash
 

@@ -9,6 +9,7 @@ import pytest
 from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import replaced
 from rocs_bt.drivers.mujoco import PoseSensor
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world
@@ -45,7 +46,7 @@ def odometry(tmp_path):
         scenario, known = catalog.load_scenario("alone"), catalog.load_perturbations()
         changes = [known["odometry"].at(share)]
         changes += [known["friction"].at(friction)] if friction else []
-        cold = scenario.replaced(agents=(scenario.agents[0].replaced(perturbations=tuple(changes)),))
+        cold = replaced(scenario, agents=(replaced(scenario.agents[0], perturbations=tuple(changes)),))
         world = build_world(cold, catalog, seed, NullSink())
         robot_spec = world.robots["R"]
         command = robot_locomotion(robot_spec.locomotion).command(twist).tolist()

@@ -11,6 +11,7 @@ import rocs_bt
 from rocs_bt.base.errors import BlockError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import PushSpec
+from rocs_bt.declare import replaced
 from rocs_bt.event import ListSink, RobotPushed
 from rocs_bt.record import Recording
 
@@ -20,7 +21,7 @@ PUSH = PushSpec(robot="R2", force=(0.0, 0.0, 30.0), at=0.5, duration=0.1)
 
 
 def test_a_push_is_a_force_on_the_base_for_its_duration(built) -> None:
-    push, sink, speeds = PUSH.replaced(force=(40.0, 20.0, 60.0), duration=0.02), ListSink(), []
+    push, sink, speeds = replaced(PUSH, force=(40.0, 20.0, 60.0), duration=0.02), ListSink(), []
     for pushes in ((push,), ()):
         simulated = built(pushes=pushes, sink=sink, at=Pose2(0.0, 0.0, math.pi / 2))
         world, body = simulated.world, simulated.world.robots["R2"]
@@ -41,7 +42,7 @@ def test_a_push_is_a_force_on_the_base_for_its_duration(built) -> None:
 def test_an_unstable_simulation_is_an_error(exp1, catalog, tmp_path, monkeypatch, mode) -> None:
     monkeypatch.chdir(tmp_path)
     push = PushSpec(robot="R2", force=(1e5, 0.0, 0.0), at=0.2, duration=60.0)
-    scenario = exp1.replaced(actors=(), pushes=(push,), duration=5.0)
+    scenario = replaced(exp1, actors=(), pushes=(push,), duration=5.0)
     with pytest.raises(BlockError, match=r"'physics' raised: the simulation became unstable by \d\.\d\d s: ") as caught:
         rocs_bt.run(scenario, catalog, seed=1, mode=mode, out=tmp_path / "run")
     assert str(caught.value).count("physics' raised") == 1
@@ -55,7 +56,7 @@ def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:
     times = []
     for seed in (1, 1, 2, 3):
         sink = ListSink()
-        simulated = built(pushes=(PUSH.replaced(until=2.5),), sink=sink, seed=seed)
+        simulated = built(pushes=(replaced(PUSH, until=2.5),), sink=sink, seed=seed)
         driven(simulated, 3.0, 0.0)
         times.append(next(e.t for e in sink.events if isinstance(e, RobotPushed)))
     assert times[0] == times[1]
@@ -64,7 +65,7 @@ def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:
 
 
 def test_the_direction_of_a_push_is_that_of_the_seed_within_its_spread(built) -> None:
-    push, forces = PUSH.replaced(force=(0.0, 40.0, 5.0), spread=math.radians(30.0)), []
+    push, forces = replaced(PUSH, force=(0.0, 40.0, 5.0), spread=math.radians(30.0)), []
     for seed in (1, 1, 2, 3):
         sink = ListSink()
         driven(built(pushes=(push,), sink=sink, seed=seed), 0.6, 0.0)

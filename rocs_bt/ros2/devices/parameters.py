@@ -80,7 +80,7 @@ class Ros2SensorParameters(Value):
     frame: str = "map"
     child: str = "base_link"
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Faults of keys that exclude or need each other, and of what cannot be taken from the messages."""
         if bool(self.topic) == bool(self.topics):
             yield Wrong(None, "one of topic and topics is needed.", 'Write topic = "scan".')
@@ -213,7 +213,7 @@ class Ros2ActuatorParameters(Value):
     reliability: Literal["reliable", "best_effort"] = "reliable"
     depth: _Depth = 1
 
-    def check(self) -> Iterator[Wrong]:
+    def _check(self) -> Iterator[Wrong]:
         """Fault of a factor that no command would pass."""
         if self.scale == 0.0:
             yield Wrong("scale", "scale must be finite and not 0, found 0.")
