@@ -214,6 +214,12 @@ class Bounds:
         most = f"{'below' if self.below else 'at most'} {self.high:g}"
         return " and ".join([*([least] if low else []), *([most] if high else [])]) or "finite"
 
+    def broken(self, found: float, dimension: Dimension) -> str:
+        """What a number outside of the bounds must be, in words; `finite` for an infinite one above `low`."""
+        unlimited = math.isinf(found) and not self.infinite and found > self.low and math.isinf(self.high)
+        words = "finite" if unlimited or self == FINITE else self.words
+        return f"{words} {dimension}" if dimension != NONE and words[-1].isdigit() else words
+
     def __str__(self) -> str:
         if math.isfinite(self.high):
             return self.words

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 
-import msgspec
-
 from ..agent import Agent
 from ..base.errors import Fault, collected, located_at
 from ..base.files import read_text
@@ -38,7 +36,7 @@ def prepared(run: Run) -> list[Fault]:
     """Prepare a run, and return its faults; missions that need code which may not run do nothing then."""
     found = list[Fault]()
     if not run.catalog.code:
-        run.options = msgspec.structs.replace(run.options, missions=_idle_missions(run.spec, run.catalog))
+        run.options = run.options.changed(missions=_idle_missions(run.spec, run.catalog))
     run.prepare(found)
     return found
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..base.units import FINITE, NONE, Bounds, Dimension
 from ..catalog import CachingCatalog
 from ..event import Event, RulesReplaced
 from .content import catalog_for, json_option, no_code_option
@@ -19,6 +20,7 @@ from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
     from ..catalog import Catalog, ScenarioSpec
+    from ..declare import Field
     from ..running import Option, RunResult
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
@@ -40,14 +42,10 @@ def scenario_options(stage: str) -> Callable[..., Any]:
     """
     from ..running import declared_options
 
-    declared = [
-        _option(name, kind, option)
-        for name, (kind, option) in declared_options().items()
-        if option.flags and option.stage in ("", stage)
-    ]
+    options = [o for o in declared_options().values() if o[1].flags and o[1].stage in ("", stage)]
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed((click.argument("scenario"), *declared, *_LOCAL)):
+        for option in reversed((click.argument("scenario"), *(_option(*o) for o in options), *_LOCAL)):
             function = option(function)
         return function
 
@@ -59,25 +57,24 @@ def local_options(given: dict[str, Any]) -> dict[str, Any]:
     return {name: given.pop(name) for name in ("show_live", "port", "as_json", "no_code")}
 
 
-def _option(name: str, kind: Any, declared: Option) -> Callable[..., Any]:
+def _option(each: Field, option: Option) -> Callable[..., Any]:
     """Option of the command line for a declared option of a run."""
-    from ..running import RunOptions
-
-    default, kinds = getattr(RunOptions(), name), get_args(kind) or (kind,)
-    words: dict[str, Any] = {"help": declared.help, "default": default, "metavar": declared.metavar}
-    if bool in kinds:
-        words = {"help": declared.help, "default": default, "is_flag": True}
-    elif declared.choices:
-        words |= {"type": click.Choice(declared.choices), "show_default": True}
-    elif Path in kinds:
-        words["type"] = click.Path(path_type=Path, dir_okay=name == "out")
-    elif int in kinds:
-        words |= {"type": click.IntRange(min=int(declared.bounds.low)), "show_default": True}
-    elif float in kinds:
-        words |= {"type": QuantityType(bounds=declared.bounds), "show_default": default is not None}
-    elif get_origin(kind) is not None:
-        words["multiple"] = True
-    return click.option(*declared.flags, name, **words)
+    words: dict[str, Any] = {"help": option.help, "default": each.default, "metavar": option.metavar}
+    bounds = each.mark(Bounds) or FINITE
+    if each.hint is bool:
+        words |= {"is_flag": True}
+    elif each.options:
+        words |= {"type": click.Choice(each.options), "show_default": True}
+    elif each.hint is Path:
+        words |= {"type": click.Path(path_type=Path, dir_okay=each.name == "out")}
+    elif each.hint is int:
+        words |= {"type": click.IntRange(min=int(bounds.low)), "show_default": True}
+    elif each.hint is float:
+        of = each.mark(Dimension) or NONE
+        words |= {"type": QuantityType(of, bounds), "show_default": each.default is not None}
+    elif each.many:
+        words |= {"type": each.hint.read, "multiple": True}
+    return click.option(*option.flags, each.name, **words)
 
 
 def play_scenario(
@@ -110,12 +107,15 @@ def play_scenario(
     from .._run import checked_run
     from ..check import mission_notes
     from ..running import RunOptions, StopSignals
-    from ..running.header import run_command
 
     if given["watch_rules"]:
         given["sinks"] = [*given.get("sinks", ()), _Replacements()]
     project = catalog_for(scenario, no_code=no_code)
     catalog: Catalog = CachingCatalog(project.project, code=project.code)  # robots of one kind are loaded once
+    if planner:
+        from ..compare.replay import episode_command
+
+        given["command"] = episode_command(planner, scenario)
     played, catalog = _episode(planner, scenario, catalog) if planner else (scenario, catalog)
     run, findings = checked_run(played, catalog, RunOptions(**given), on_hardware=on_hardware)
     spec = run.spec
@@ -133,11 +133,7 @@ def play_scenario(
                     progress(t)
                 shown(t)
 
-            later = {}
-            if planner:
-                swaps = run.header.swaps
-                later["command"] = run_command(scenario, run.options, swaps, on_hardware=on_hardware, planner=planner)
-            result = run.conduct(out=folder, live=live, progress=show, signals=signals, **later)
+            result = run.conduct(out=folder, live=live, progress=show, signals=signals)
         _print(result, folder, as_json)
         if live is not None and signals.received is None:
             with suppress(KeyboardInterrupt):  # also before `wait` is entered

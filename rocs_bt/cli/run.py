@@ -19,19 +19,17 @@ from .terminal import echo
     metavar="NAME",
     help="Planner that controls the agent, as in a comparison; SCENARIO may then be a scene, such as barn_like-17.",
 )
-def command(scenario: str, planner: str, swaps: tuple[str, ...], **given: Any) -> int:
+def command(scenario: str, planner: str, **given: Any) -> int:
     """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
     Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
     it at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if the input
     is invalid, 3 if the engine failed, 128 + signal if a signal ended the run.
     """
-    from ..running import read_swap
-
-    asked, made, local = [read_swap(text) for text in swaps], _Swaps(), local_options(given)
-    given |= {"swaps": asked, "sinks": [made] if asked else []}
+    made, local = _Swaps(), local_options(given)
+    given["sinks"] = [made]
     code = play_scenario(scenario, given, unit="s simulated", planner=planner, **local)
-    for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:
+    for swap in sorted(given["swaps"], key=lambda swap: swap.at)[made.count :]:
         echo(f"'{swap}' was not made, because the run had ended.", err=True)
     return code
 

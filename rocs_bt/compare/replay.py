@@ -21,12 +21,12 @@ _FAMILY_SCENE = re.compile(r"(?P<family>[A-Za-z]\w*)(?:\((?P<parameters>.*)\))?-
 
 def replay_command(record: EpisodeRecord) -> str:
     """Shell command that plays an episode again."""
-    return episode_command(record.planner, record.scene, record.seed)
+    return f"{episode_command(record.planner, record.scene)} --seed {record.seed}"
 
 
-def episode_command(planner: str, scene: str, seed: int) -> str:
-    """Shell command that plays an episode; planner and scene have the names that records contain."""
-    return shlex.join(["rocs-bt", "run", scene, "--planner", planner, "--seed", str(seed)])
+def episode_command(planner: str, scene: str) -> str:
+    """Shell command that plays an episode, without its seed; planner and scene have the names that records contain."""
+    return shlex.join(["rocs-bt", "run", scene, "--planner", planner])
 
 
 def episode_folder(planner: str, scene: str, seed: int) -> Path:
@@ -72,7 +72,7 @@ def replay_episode(planner: PlannerSpec | str, scene: str, seed: int, catalog: C
     """
     chosen = catalog.load_planner(planner) if isinstance(planner, str) else planner
     scenario, content = episode_scenario(chosen, scene, catalog)
-    return run(scenario, content, seed=seed, out=out, command=episode_command(chosen.name, scene, seed))
+    return run(scenario, content, seed=seed, out=out, command=episode_command(chosen.name, scene))
 
 
 def episode_scenario(planner: PlannerSpec, scene: str, catalog: Catalog) -> tuple[ScenarioSpec, Catalog]:

@@ -16,6 +16,7 @@ import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
 from ..base.errors import Fault, did_you_mean
@@ -35,7 +36,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     bool: ("true or false", "flags"),
     int: ("a whole number", "whole numbers"),
 }
-_KINDS: Mapping[Any, type] = {float: numbers.Real, int: numbers.Integral}
+_KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
 
 
 class Wrong(NamedTuple):
@@ -149,9 +150,9 @@ class Field:
         if not isinstance(value, kind) or (isinstance(value, bool) and self.hint is not bool):
             words = "a number" if self.hint is float else _WORDS.get(self.hint, _WORDS[str])[0]
             return [Fault(f"{what} must be {words}, found {value!r:.80}.")]
-        if self.hint in _KINDS and not (bounds := self.mark(Bounds) or FINITE).admit(value):
-            unit = "" if (of := self.mark(Dimension)) in (None, NONE) else f" {of}"
-            return [Fault(f"{what} must be {bounds.words}{unit}, found {value:g}.")]
+        if self.hint in (float, int) and not (bounds := self.mark(Bounds) or FINITE).admit(value):
+            wanted = bounds.broken(value, self.mark(Dimension) or NONE)
+            return [Fault(f"{what} must be {wanted}, found {value:g}.")]
         if self.options and value not in self.options:
             hint = did_you_mean(value, self.options, "Valid values:")
             return [Fault(f"invalid value '{value}' for {what}.", hint=hint)]

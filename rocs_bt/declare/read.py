@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -389,10 +388,7 @@ class _Reading:
             table.adopt(key, error)
             return 0.0
         if not bounds.admit(number):
-            unbounded = math.isinf(number) and not bounds.infinite and number > bounds.low and math.isinf(bounds.high)
-            wanted = "finite" if unbounded or bounds == FINITE else bounds.words
-            unit = f" {of}" if of != NONE and wanted[-1].isdigit() else ""
-            table.fault(key, f"{key} must be {wanted}{unit}, found {value!r}.")
+            table.fault(key, f"{key} must be {bounds.broken(number, of)}, found {value!r}.")
         return number
 
     def _quantity(self, value: Any) -> Quantity:

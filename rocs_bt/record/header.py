@@ -8,15 +8,19 @@ from typing import Any
 
 import msgspec
 
+from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
-from ..base.units import parse_unit
+from ..base.units import TIME, parse_unit, read_quantity
 from ..event import GuardInfo, TreeNode
 
 Point = tuple[float, float]
 
 LARGEST = 1e9
 """Maximum magnitude of a number of a header that is not damaged, in SI units."""
+
+SWAP_FORM = "Write NODE=FILE@TIME or NODE=FILE:TREE@TIME, such as 'visit first=careful.xml@12.5'."
+"""Hint of a fault of a swap."""
 
 MOST = 1_000_000
 """Maximum count, such as that of the values of a signal."""
@@ -180,6 +184,22 @@ class SubtreeSwap(msgspec.Struct, frozen=True):
     def __str__(self) -> str:
         """The swap in the form `NODE=FILE:TREE@TIME`."""
         return f"{self.node}={self.mission}{self.tree and ':' + self.tree}@{self.at:g}"
+
+    @classmethod
+    def read(cls, text: str) -> SubtreeSwap:
+        """Read a swap in this form; the tree may be left out, and the time is in seconds or has a unit.
+
+        The last `=` and the last `@` count, because the names of nodes may contain both.
+
+        Raises:
+            InputError: The text has another form.
+        """
+        rest, _, time = text.rpartition("@")
+        node, _, mission = rest.rpartition("=")
+        file, _, tree = mission.partition(":")
+        if not (node and file and time):
+            raise InputError(Fault(f"'{text}' is not a swap of a subtree.", hint=SWAP_FORM))
+        return cls(node, file, read_quantity(time, TIME, f"the time of the swap '{text}'"), tree)
 
 
 class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):

@@ -7,7 +7,7 @@ from ..drivers.host import Host
 from .command import Control, RunCommand
 from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
-from .options import MODES, Build, LiveView, Option, RunOptions, declared_options
+from .options import Build, LiveView, Option, RunOptions, declared_options
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
@@ -18,10 +18,8 @@ from .simulated_stage import SimulatedStage
 from .sink_thread import SinkThread
 from .stop_signals import EndedAtOnce, StopSignals
 from .summary import summary_of
-from .swaps import read_swap
 
 __all__ = [
-    "MODES",
     "RECORDING",
     "REPORT",
     "SUMMARY",
@@ -48,7 +46,6 @@ __all__ = [
     "StopSignals",
     "check_recorded",
     "declared_options",
-    "read_swap",
     "replay",
     "requirement_faults",
     "requirements_of",

@@ -6,7 +6,6 @@ import importlib.metadata
 import math
 import platform
 import re
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
@@ -29,7 +28,6 @@ from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
 from ..simulation.scripted_objects import FREE
 from ..simulation.simulated_world import SimulatedWorld
-from .options import RunOptions
 from .requirements import requirements_of
 
 _PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
@@ -106,20 +104,6 @@ def box_body(name: str, robot: RobotSpec) -> BodyInfo:
     """Body of a robot as a box of its length and width; without outline if these are unknown."""
     x, y = robot.length / 2.0, robot.width / 2.0
     return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
-
-
-def run_command(
-    scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap], *, on_hardware: bool, planner: str = ""
-) -> str:
-    """Command line that repeats a run."""
-    parts = ["rocs-bt", "drive" if on_hardware else "run", scenario]
-    parts += [*(["--planner", planner] if planner else []), "--seed", str(options.seed)]
-    parts += [] if on_hardware or options.mode == "lockstep" else ["--mode", options.mode]
-    parts += [] if options.duration is None else ["--for", f"{options.duration:g}"]
-    parts += [part for swap in swaps for part in ("--swap", str(swap))]
-    parts += ["--dry-run"] if options.dry_run else []
-    parts += ["--confirm"] if options.confirm else []
-    return shlex.join(parts)
 
 
 def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, get_type_hints
+from typing import Annotated, Any, Literal, Protocol
 
-import msgspec
-
-from ..base.errors import InputError, UnknownName, unknown
-from ..base.units import FINITE, NOT_NEGATIVE, POSITIVE, Bounds
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.units import NOT_NEGATIVE, Count, PositiveSeconds, Seconds
+from ..declare import Field, Value, fields_of, given_of, replaced, values_of
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
@@ -18,30 +19,28 @@ from .command import Control
 from .preflight import PreflightReport
 from .stop_signals import StopSignals
 
-MODES = ("lockstep", "threaded")
-
 Build = Callable[..., Any]
 """Mission function: returns the tree or the Plan of a mission."""
 
 
-class Option(msgspec.Struct, frozen=True):
-    """Declaration of an option of a run: what its documentation and the command line need.
+@dataclass(frozen=True)
+class Option:
+    """Mark of an option of a run.
 
     Attributes:
         help: Meaning of the option.
         flags: Names on the command line, such as `--for`; empty if only programs give the option.
         metavar: Name of the value on the command line.
-        bounds: Range of valid numbers; a number that is not whole is a time [s].
-        choices: Possible values of a text.
         stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
+        late: Whether a run takes the option after its preparation. All others affect what happens in the run, and are
+            part of the command line that repeats it.
     """
 
     help: str
     flags: tuple[str, ...] = ()
     metavar: str | None = None
-    bounds: Bounds = FINITE
-    choices: tuple[str, ...] = ()
     stage: Literal["", "simulation", "hardware"] = ""
+    late: bool = False
 
 
 class LiveView(EventSink, Control, Protocol):
@@ -52,32 +51,34 @@ class LiveView(EventSink, Control, Protocol):
         ...
 
 
-class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
+class RunOptions(Value):
     """Options of a run, in simulation with `run` or on hardware with `drive`, which is always `threaded`."""
 
-    seed: Annotated[
-        int, Option("Seed of the episode, and of random choices of missions.", ("--seed",), bounds=NOT_NEGATIVE)
-    ] = 1
+    seed: Annotated[Count, Option("Seed of the episode, and of random choices of missions.", ("--seed",))] = 1
     mode: Annotated[
-        str,
+        Literal["lockstep", "threaded"],
         Option(
             "lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
             ("--mode",),
-            choices=MODES,
             stage="simulation",
         ),
     ] = "lockstep"
     duration: Annotated[
-        float | None,
-        Option("End this time after the start [s]; by default that of the scenario.", ("--for",), bounds=POSITIVE),
+        PositiveSeconds | None,
+        Option("End this time after the start [s]; by default that of the scenario.", ("--for",)),
     ] = None
     out: Annotated[
-        Path | str | None,
-        Option("Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.", ("--out",)),
+        Path | None,
+        Option(
+            "Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.",
+            ("--out",),
+            late=True,
+        ),
     ] = None
-    report: Annotated[bool, Option("Write report.html.", ("--report/--no-report",))] = True
+    report: Annotated[bool, Option("Write report.html.", ("--report/--no-report",), late=True)] = True
     btlog: Annotated[
-        bool, Option("Write AGENT.btlog, which Groot2 replays, for each agent with a tree.", ("--btlog",))
+        bool,
+        Option("Write AGENT.btlog, which Groot2 replays, for each agent with a tree.", ("--btlog",), late=True),
     ] = False
     missions: Annotated[
         Mapping[str, Build] | None, Option("Mission functions that replace the scenario's, by agent.")
@@ -89,9 +90,9 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             stage="simulation",
         ),
     ] = None
-    sinks: Annotated[Sequence[EventSink], Option("Sinks for all events.")] = ()
+    sinks: Annotated[Sequence[EventSink], Option("Sinks for all events.", late=True)] = ()
     progress: Annotated[
-        Callable[[float], None] | None, Option("Function called once per control period with the time [s].")
+        Callable[[float], None] | None, Option("Function called once per control period with the time [s].", late=True)
     ] = None
     watch_rules: Annotated[
         bool,
@@ -101,7 +102,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Path | None, Option("File with knowledge of earlier runs; this run's is added.", ("--knowledge",), "FILE")
     ] = None
     swaps: Annotated[
-        Sequence[SubtreeSwap],
+        tuple[SubtreeSwap, ...],
         Option(
             "Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
             ("--swap",),
@@ -109,9 +110,9 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             stage="simulation",
         ),
     ] = ()
-    view: Annotated[bool, Option("Show MuJoCo's viewer.", ("--view",), stage="simulation")] = False
+    view: Annotated[bool, Option("Show MuJoCo's viewer.", ("--view",), stage="simulation", late=True)] = False
     video: Annotated[
-        Path | None, Option("Render a video of the run to this file.", ("--video",), stage="simulation")
+        Path | None, Option("Render a video of the run to this file.", ("--video",), stage="simulation", late=True)
     ] = None
     follow: Annotated[
         str,
@@ -120,30 +121,29 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             ("--follow",),
             "ROBOT",
             stage="simulation",
+            late=True,
         ),
     ] = ""
     live: Annotated[
         LiveView | None,
-        Option("Live page, with its context entered; the run then keeps pace with wall time."),
+        Option("Live page, with its context entered; the run then keeps pace with wall time.", late=True),
     ] = None
     command: Annotated[
-        str, Option("Command line that repeats this run, for the report; by default that of `rocs-bt`.")
+        str,
+        Option("Beginning of the command line that repeats this run, for the report; else `rocs-bt run SCENARIO`."),
     ] = ""
     signals: Annotated[
         StopSignals | None,
         Option(
             "Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. Without "
-            "it, a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly."
+            "it, a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.",
+            late=True,
         ),
     ] = None
     wait: Annotated[
-        float,
-        Option(
-            "Give up if a needed sensor has no fresh values for this time [s].",
-            ("--wait",),
-            bounds=NOT_NEGATIVE,
-            stage="hardware",
-        ),
+        Seconds,
+        NOT_NEGATIVE,
+        Option("Give up if a needed sensor has no fresh values for this time [s].", ("--wait",), stage="hardware"),
     ] = 10.0
     dry_run: Annotated[
         bool,
@@ -180,8 +180,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Option("Source of the commands of a person during the run: pause, step, continue ...; else the live page."),
     ] = None
     full_control: Annotated[
-        bool,
-        Option("Accept commands of the live page other than a pause.", ("--control",), stage="hardware"),
+        bool, Option("Accept commands of the live page other than a pause.", ("--control",), stage="hardware")
     ] = False
 
     @property
@@ -190,14 +189,15 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         return self.live if self.control is None else self.control
 
     def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise InputError(f"unknown mode '{self.mode}'. Modes: {', '.join(MODES)}.")
+        values, faults = values_of(self), list[Fault]()
+        for name, (each, option) in declared_options().items():
+            faults += each.faults(values[name], f"the option {name}") if option.flags else []
+            if isinstance(values[name], str) and each.hint is Path:
+                self.__dict__[name] = Path(values[name])
+        if faults:
+            raise InputError(*faults)
         if self.follow and self.video is None:
             raise InputError(f"a camera that follows '{self.follow}' needs a video: name its file with --video FILE.")
-        for name, (_, each) in declared_options().items():
-            value = getattr(self, name)
-            if isinstance(value, (int, float)) and not each.bounds.admit(value):
-                raise InputError(f"the option {name} must be {each.bounds}, found {value:g}.")
 
     def changed(self, **changes: Any) -> RunOptions:
         """These options with other values.
@@ -209,42 +209,39 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             UnknownName: There is no such option.
             InputError: A value is invalid.
         """
-        if wrong := [name for name in changes if name not in self.__struct_fields__]:
-            raise UnknownName(*(unknown("option of a run", name, self.__struct_fields__) for name in wrong))
-        return msgspec.structs.replace(self, **changes)
+        if wrong := [name for name in changes if name not in self._names]:
+            raise UnknownName(*(unknown("option of a run", name, self._names) for name in wrong))
+        return replaced(self, **changes)
 
-    def refuse_simulation(self) -> None:
-        """Refuse the options that need a simulated world.
-
-        Raises:
-            InputError: One of them is given.
-        """
-        if names := self._given("simulation", apart=("mode",)):
-            raise InputError(f"on hardware nothing is simulated: remove the option {' and '.join(names)}.")
-
-    def refuse_hardware(self) -> None:
-        """Refuse the options that need hardware.
+    def refuse_other(self, stage: Literal["simulation", "hardware"]) -> None:
+        """Refuse the options of the other kind of run than `stage`, except `mode`.
 
         Raises:
             InputError: One of them is given.
         """
-        if names := self._given("hardware"):
-            raise InputError(f"these options are for `drive` only: remove {' and '.join(names)}.")
+        given = [name for name, value in given_of(self).items() if value and name != "mode"]
+        if names := " and ".join(name for name in given if declared_options()[name][1].stage not in ("", stage)):
+            if stage == "hardware":
+                raise InputError(f"on hardware nothing is simulated: remove the option {names}.")
+            raise InputError(f"these options are for `drive` only: remove {names}.")
 
-    def _given(self, stage: str, apart: tuple[str, ...] = ()) -> list[str]:
-        """Options of a kind of run with another value than their default."""
-        found = [name for name, (_, each) in declared_options().items() if each.stage == stage and name not in apart]
-        return [name for name in found if (value := getattr(self, name)) and value != getattr(_DEFAULTS, name)]
+    def command_line(self, begin: str) -> str:
+        """Command line that repeats a run with these options; `begin` is its part before the options."""
+        words, given = [begin], {"seed": self.seed, **given_of(self)}
+        for name, (each, option) in declared_options().items():
+            if name in given and option.flags and not option.late:
+                for value in given[name] if each.many else (given[name],):
+                    text = f"{value:g}" if isinstance(value, float) else str(value)
+                    words += [option.flags[0], *([] if value is True else [shlex.quote(text)])]
+        return " ".join(words)
 
 
 @cache
-def declared_options() -> Mapping[str, tuple[Any, Option]]:
-    """Type and declaration of each option of a run, by attribute of `RunOptions`."""
-    hints = get_type_hints(RunOptions, include_extras=True)
-    return {name: (hints[name].__origin__, hints[name].__metadata__[0]) for name in RunOptions.__struct_fields__}
+def declared_options() -> Mapping[str, tuple[Field, Option]]:
+    """Declaration of each option of a run, by attribute of `RunOptions`."""
+    return {each.name: (each, option) for each in fields_of(RunOptions) if (option := each.mark(Option)) is not None}
 
 
-_DEFAULTS = RunOptions()
 RunOptions.__doc__ = f"{RunOptions.__doc__}\n\n    Attributes:" + "".join(
-    f"\n        {name}: {each.help}" for name, (_, each) in declared_options().items()
+    f"\n        {name}: {option.help}" for name, (_, option) in declared_options().items()
 )

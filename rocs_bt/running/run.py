@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -21,9 +22,9 @@ from .build_agents import worldless_agents
 from .control import CommandDesk, taken_commands
 from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
-from .header import guards_of, plain_header, run_command, with_scenery, without_world
+from .header import guards_of, plain_header, with_scenery, without_world
 from .memory import Memory
-from .options import RunOptions
+from .options import RunOptions, declared_options
 from .requirements import requirement_faults
 from .run_files import RunFiles
 from .run_record import RunRecord
@@ -35,7 +36,6 @@ from .summary import Unrecorded
 from .swaps import SwapSchedule, rehearse_swaps, swapped_content
 
 _DEFAULTS = RunOptions()
-_LATER = ("out", "report", "btlog", "sinks", "progress", "view", "video", "follow", "live", "command", "signals")
 
 
 class Run:
@@ -68,7 +68,7 @@ class Run:
     def __init__(
         self, spec: ScenarioSpec, catalog: Catalog, options: RunOptions = _DEFAULTS, *, on_hardware: bool = False
     ) -> None:
-        options.refuse_simulation() if on_hardware else options.refuse_hardware()
+        options.refuse_other("hardware" if on_hardware else "simulation")
         self.spec = spec
         self.catalog = catalog
         self._take(options)
@@ -99,7 +99,7 @@ class Run:
         """
         self._refuse_again()
         options = self.options.changed(**later)
-        if self.prepared and (late := [name for name in later if name not in _LATER]):
+        if self.prepared and (late := [name for name in later if not declared_options()[name][1].late]):
             given = " and ".join(f"{name} = {getattr(self.options, name)!r}" for name in late)
             raise InputError(f"the run is prepared with {given} already. Make a Run with other options.")
         self._take(options)
@@ -135,7 +135,7 @@ class Run:
 
     def _take(self, options: RunOptions) -> None:
         self.options = options
-        self._files = RunFiles(None if options.out is None else Path(options.out))
+        self._files = RunFiles(options.out)
         self._signals = StopSignals() if options.signals is None else options.signals
 
     def prepare(self, faults: list[Fault] | None = None) -> None:
@@ -299,7 +299,8 @@ class Run:
         if live is None and self.options.out is None:
             return
         spec, stage, options = self.spec, self.stage, self.options
-        command = options.command or run_command(spec.name, options, self.header.swaps, on_hardware=self._on_hardware)
+        begin = options.command or f"rocs-bt {'drive' if self._on_hardware else 'run'} {shlex.quote(spec.name)}"
+        command = options.changed(swaps=self.header.swaps).command_line(begin)
         header = replace(self.header, command=command, recalled=self._memory.recalled)
         if isinstance(stage, HardwareStage):
             self.header = without_world(header, spec, stage.robots)

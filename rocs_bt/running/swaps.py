@@ -11,34 +11,17 @@ import msgspec
 from ..agent import Agent
 from ..base.errors import Fault, InputError, RecordingError, unknown
 from ..base.files import same_file
-from ..base.units import TIME, read_quantity
 from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
 from ..event import Event, RunControlled
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
+from ..record.header import SWAP_FORM
 from ..trees.error import TreeError
 from ..trees.nodes import Node
 from .build_agents import worldless_agents
 from .options import Build
 
-_FORM = "Write NODE=FILE@TIME or NODE=FILE:TREE@TIME, such as 'visit first=careful.xml@12.5'."
 _SAME = 1e-9  # [s]
-
-
-def read_swap(text: str) -> SubtreeSwap:
-    """Read a swap in the form `NODE=FILE@TIME` or `NODE=FILE:TREE@TIME`; the time is in seconds or has a unit.
-
-    The last `=` and the last `@` count, because the names of nodes may contain both.
-
-    Raises:
-        InputError: The text has another form.
-    """
-    rest, _, time = text.rpartition("@")
-    node, _, mission = rest.rpartition("=")
-    file, _, tree = mission.partition(":")
-    if not (node and file and time):
-        raise InputError(Fault(f"'{text}' is not a swap of a subtree.", hint=_FORM))
-    return SubtreeSwap(node, file, read_quantity(time, TIME, f"the time of the swap '{text}'"), tree)
 
 
 class SwapSchedule:
@@ -114,7 +97,7 @@ def rehearse_swaps(
     for swap in swaps:
         if not 0.0 <= swap.at < duration:
             message = f"the swap '{swap}' is not within the run, which is from 0 s to {duration:g} s."
-            raise InputError(Fault(message, hint=_FORM))
+            raise InputError(Fault(message, hint=SWAP_FORM))
     with ExitStack() as stack:
         agents = worldless_agents(scenario, catalog, seed=seed, missions=missions)
         for agent in agents:

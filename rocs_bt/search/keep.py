@@ -49,7 +49,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
 
 def play_command(draft: Draft, planner: str) -> str:
     """Shell command that plays a planner in the saved scene again."""
-    return episode_command(planner, draft.name, SEED)
+    return f"{episode_command(planner, draft.name)} --seed {SEED}"
 
 
 def _test_of(name: str, folder: Path) -> Path:

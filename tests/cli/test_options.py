@@ -1,14 +1,16 @@
 """Options of the command line: one name for one thing, each with a description."""
 
+import math
 from collections.abc import Iterator
+from pathlib import Path
 
 import click
-import msgspec
 import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.cli.main import COMMANDS, group
 from rocs_bt.cli.quantity import QuantityType
+from rocs_bt.record import SubtreeSwap
 from rocs_bt.running import RunOptions, declared_options
 
 
@@ -21,8 +23,6 @@ def commands(parent: click.Group, context: click.Context, path: str = "") -> Ite
 
 
 FOUND = dict(commands(group, click.Context(group)))
-
-DEFAULTS = msgspec.structs.asdict(RunOptions())
 
 
 def options(name: str) -> dict[str, click.Option]:
@@ -86,22 +86,45 @@ def test_each_quantity_has_a_unit_or_is_in_si_units(name, text, option):
 
 @pytest.mark.parametrize(("name", "stage"), [("run", "simulation"), ("drive", "hardware")])
 def test_the_options_of_a_run_are_those_that_it_declares(name, stage):
-    declared = [(attribute, each) for attribute, (_, each) in declared_options().items() if each.flags]
     found = {option.name: option for option in options(name).values()}
-    assert found.keys() >= {attribute for attribute, each in declared if each.stage in ("", stage)}
-    for attribute, each in declared:
-        assert (attribute in found) == (each.stage in ("", stage))
+    for attribute, (each, declared) in declared_options().items():
+        assert (attribute in found) == (bool(declared.flags) and declared.stage in ("", stage))
         if attribute in found:
-            assert (found[attribute].help, found[attribute].default) == (each.help, DEFAULTS[attribute])
+            assert (found[attribute].help, found[attribute].default) == (declared.help, each.default)
 
 
 @pytest.mark.parametrize("name", [name for name, (_, each) in declared_options().items() if each.stage])
 def test_an_option_of_one_stage_is_refused_on_the_other(name):
-    stage = declared_options()[name][1].stage
-    value = {"mode": "threaded", "follow": "", "wait": 3.0}.get(name, [1])
-    refuse = getattr(msgspec.structs.replace(RunOptions(), **{name: value}), f"refuse_{stage}")
-    if name in ("mode", "follow"):  # `drive` is always threaded; the video is refused
-        refuse()
+    other = {"simulation": "hardware", "hardware": "simulation"}[declared_options()[name][1].stage]
+    value = {"mode": "threaded", "video": Path("v.mp4"), "follow": "R2", "wait": 3.0}
+    given = {name: value.get(name, True), **({"video": Path("v.mp4")} if name == "follow" else {})}
+    if name == "swaps":
+        given = {name: (SubtreeSwap("a", "b.xml", 1.0),)}
+    if name == "mode":  # `drive` is always threaded
+        RunOptions(**given).refuse_other(other)
         return
-    with pytest.raises(InputError, match=rf"remove (the option )?{name}\."):
-        refuse()
+    with pytest.raises(InputError, match=rf"remove (the option )?.*{name}\."):
+        RunOptions(**given).refuse_other(other)
+
+
+def test_the_command_line_of_a_run_repeats_what_affects_it(tmp_path):
+    swap = SubtreeSwap("a b", "b.xml", 1.0)
+    given = RunOptions(mode="threaded", duration=2.5, out=tmp_path, report=False, knowledge="k.db", swaps=(swap,))
+    text = "rocs-bt run exp1 --seed 1 --mode threaded --for 2.5 --knowledge k.db --swap 'a b=b.xml@1'"
+    assert given.command_line("rocs-bt run exp1") == text
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"seed": -1}, "the option seed must be at least 0, found -1"),
+        ({"seed": 1.5}, "the option seed must be a whole number, found 1.5"),
+        ({"wait": math.inf}, "the option wait must be finite, found inf"),
+        ({"duration": 0.0}, "the option duration must be positive, found 0"),
+        ({"report": "no"}, "the option report must be true or false, found 'no'"),
+        ({"mode": "fast", "seed": -1}, "the option seed .*invalid value 'fast' for the option mode"),
+    ],
+)
+def test_a_wrong_value_of_an_option_is_an_error(given, message):
+    with pytest.raises(InputError, match=f"(?s){message}"):
+        RunOptions(**given)

@@ -18,7 +18,8 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, scenario, stub_agent
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
-from rocs_bt.running import Run, build_agents, read_swap
+from rocs_bt.record import SubtreeSwap
+from rocs_bt.running import Run, build_agents
 from rocs_bt.search.run_search import SearchOptions, search
 from rocs_bt.search.space import SearchSpace
 
@@ -195,8 +196,12 @@ def fail(*given):
     [
         ({"missions": {"R1": fail}}, ZeroDivisionError, "of the program"),
         ({"prepare": fail}, ZeroDivisionError, "of the program"),
-        ({"swaps": [read_swap("nowhere=own@0.02")]}, InputError, "no node is named 'nowhere'"),
-        ({"swaps": [read_swap("nowhere=own@99")]}, InputError, "the swap 'nowhere=own@99' is not within the run"),
+        ({"swaps": [SubtreeSwap.read("nowhere=own@0.02")]}, InputError, "no node is named 'nowhere'"),
+        (
+            {"swaps": [SubtreeSwap.read("nowhere=own@99")]},
+            InputError,
+            "the swap 'nowhere=own@99' is not within the run",
+        ),
     ],
 )
 def test_what_the_program_gives_is_no_fault_of_the_scenario(tmp_path, options, error, message):

@@ -124,7 +124,7 @@ def test_mistakes_are_told(names, tmp_path):
         (lambda: result.events("Nonsense"), "no type of event is named 'Nonsense'"),
         (lambda: result.events(agent="R9"), "no agent is named 'R9'"),
         (lambda: result.signals("R2", ["nonsense"]), "no signal is named 'nonsense'"),
-        (lambda: rocs_bt.run("exp1", mode="nonsense"), "unknown mode 'nonsense'"),
+        (lambda: rocs_bt.run("exp1", mode="nonsense"), "invalid value 'nonsense' for the option mode"),
         (lambda: rocs_bt.drive("exp1", view=True), "remove the option view"),
     ):
         with pytest.raises(InputError, match=message):

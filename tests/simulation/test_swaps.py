@@ -14,7 +14,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import ListSink, SubtreeSwapped, SwapRefused, TicketChanged
 from rocs_bt.record import Recording, SubtreeSwap, explain
-from rocs_bt.running import RunOptions, read_swap, replay
+from rocs_bt.running import RunOptions, replay
 from rocs_bt.running.swaps import rehearse_swaps
 
 from ..pages import log_of
@@ -180,7 +180,7 @@ class TestRefused:
 
     def test_hardware(self):
         with pytest.raises(InputError, match="remove the option swaps"):
-            RunOptions(swaps=[SubtreeSwap("a", "b.xml", 1.0)]).refuse_simulation()
+            RunOptions(swaps=[SubtreeSwap("a", "b.xml", 1.0)]).refuse_other("hardware")
 
 
 class TestProject:
@@ -253,14 +253,14 @@ PORTS = """<input_port name="first" default="a"/><input_port name="second" defau
     ],
 )
 def test_its_text(text, swap):
-    assert read_swap(text) == swap
-    assert read_swap(str(swap)) == swap
+    assert SubtreeSwap.read(text) == swap
+    assert SubtreeSwap.read(str(swap)) == swap
 
 
 @pytest.mark.parametrize("text", ["", "a", "a=b", "a@1", "=b@1", "a=@1", "a=:t@1", "a=b@", "a=b@soon", "a=b@1 m"])
 def test_no_text_of_a_swap(text):
     with pytest.raises(InputError, match=r"Write NODE=FILE@TIME|must be a quantity in s"):
-        read_swap(text)
+        SubtreeSwap.read(text)
 
 
 def test_an_agent_swaps_between_two_turns_of_its_plan_only(make_turning_agent):
