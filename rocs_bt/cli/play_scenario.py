@@ -11,7 +11,7 @@ import click
 
 from ..base.units import FINITE, NONE, Bounds, Dimension
 from ..catalog import CachingCatalog
-from ..event import Event, RulesReplaced
+from ..event import Event, RulesReplaced, SubtreeSwapped, SwapRefused
 from .content import catalog_for, json_option, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
@@ -52,11 +52,6 @@ def scenario_options(stage: str) -> Callable[..., Any]:
     return decorate
 
 
-def local_options(given: dict[str, Any]) -> dict[str, Any]:
-    """Remove the options that only the command line has from those given, and return them."""
-    return {name: given.pop(name) for name in ("show_live", "port", "as_json", "no_code")}
-
-
 def _option(each: Field, option: Option) -> Callable[..., Any]:
     """Option of the command line for a declared option of a run."""
     words: dict[str, Any] = {"help": option.help, "default": each.default, "metavar": option.metavar}
@@ -79,7 +74,6 @@ def _option(each: Field, option: Option) -> Callable[..., Any]:
 
 def play_scenario(
     scenario: str,
-    given: dict[str, Any],
     *,
     show_live: bool,
     port: int,
@@ -89,12 +83,12 @@ def play_scenario(
     planner: str = "",
     on_hardware: bool = False,
     progress: Callable[[float], None] | None = None,
+    **given: Any,
 ) -> int:
     """Run a scenario, print its outcome, and return the exit code.
 
     Args:
         scenario: Name or file of the scenario; with a planner also a scene of a family.
-        given: Options of the run, by attribute of `RunOptions`.
         show_live: Whether to show the live page.
         port: Port of the live page; 0 for any free port.
         as_json: Whether to print the summary as JSON.
@@ -103,13 +97,15 @@ def play_scenario(
         planner: Name of the planner that controls the agent under test; empty for the scenario's own.
         on_hardware: Whether to run on hardware. The default folder of output then keeps an earlier recording.
         progress: Function that is called once per control period, with the time [s].
+        given: Options of the run, by attribute of `RunOptions`.
     """
     from .._run import checked_run
     from ..check import mission_notes
     from ..running import RunOptions, StopSignals
 
-    if given["watch_rules"]:
-        given["sinks"] = [*given.get("sinks", ()), _Replacements()]
+    made, swaps = _Changes(), sorted(given.get("swaps", ()), key=lambda swap: swap.at)
+    if given["watch_rules"] or swaps:
+        given["sinks"] = [*given.get("sinks", ()), made]
     project = catalog_for(scenario, no_code=no_code)
     catalog: Catalog = CachingCatalog(project.project, code=project.code)  # robots of one kind are loaded once
     if planner:
@@ -140,6 +136,8 @@ def play_scenario(
                 echo("The live page stays open until Ctrl-C.", err=True)
                 if not live.wait():
                     echo("The live page stopped responding and was closed.", err=True)
+    for swap in swaps[made.swaps :]:
+        echo(f"'{swap}' was not made, because the run had ended.", err=True)
     return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
 
 
@@ -183,10 +181,14 @@ def _live(port: int) -> Iterator[Any]:
         yield live
 
 
-class _Replacements:
-    """Event sink that prints the results of reloading rule files."""
+class _Changes:
+    """Event sink that prints the replacements of rules and subtrees, and counts the latter."""
+
+    def __init__(self) -> None:
+        self.swaps = 0
 
     def emit(self, event: Event) -> None:
-        """Print a RulesReplaced event."""
-        if isinstance(event, RulesReplaced):
+        """Print a replacement, or why it was refused."""
+        if isinstance(event, (RulesReplaced, SubtreeSwapped, SwapRefused)):
+            self.swaps += not isinstance(event, RulesReplaced)
             echo(f"{event.t:.2f} s, {event.agent}: {event.sentence}", err=True)

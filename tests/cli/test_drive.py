@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from rocs_bt.cli.drive_output import HoldOutput
+from rocs_bt.cli.drive import HoldOutput
 from rocs_bt.event import ActuatorCommanded, MotionHeld, MotionReleased, SensorRead
 from rocs_bt.record import Recording
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from rocs_bt.base.clock import Clock
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.cli.drive_output import show_sensors
+from rocs_bt.cli.drive import show_sensors
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
