@@ -252,7 +252,7 @@ def _search(field, cost, start, goal):
     guess = np.maximum(up, aside) + (sqrt(2.0) - 1.0) * np.minimum(up, aside)
     ends = np.array([there[0] * columns + there[1]]) if there is not None else _edge(rows, columns, aim)
     parts, _ = label(np.isfinite(cost), structure=np.ones((3, 3)))  # much faster than a search that finds no path
-    if not (parts.reshape(-1)[ends] == parts[here]).any():
+    if not parts[here] or not (parts.reshape(-1)[ends] == parts[here]).any():  # part 0: the closed cells
         return None
     graph, first, limit = grid_graph(cost, guess), here[0] * columns + here[1], FIRST * guess[here]
     while True:

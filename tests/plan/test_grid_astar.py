@@ -61,17 +61,20 @@ def dijkstra(cost, start, goal):
                 weight = 0.5 * math.hypot(*step) * (cost[cell] + cost[other])
                 if weight < math.inf:
                     graph.add_edge(cell, other, weight=weight)
-    return nx.dijkstra_path_length(graph, start, goal) if nx.has_path(graph, start, goal) else math.inf
+    there = {start, goal} <= set(graph) and nx.has_path(graph, start, goal)
+    return nx.dijkstra_path_length(graph, start, goal) if there else math.inf
 
 
+@pytest.mark.parametrize("closed", ["neither", "start", "goal", "both"])
 @pytest.mark.parametrize("seed", range(20))
-def test_the_search_finds_a_cheapest_way_as_networkx_does(seed):
+def test_the_search_finds_a_cheapest_way_as_networkx_does_also_from_and_to_closed_cells(seed, closed):
     rng = np.random.default_rng(seed)
     shape = tuple(rng.integers(8, 30, 2))
     cost = 1.0 + rng.exponential(2.0, shape)
     cost[rng.random(shape) < rng.choice([0.0, 0.2, 0.45])] = math.inf
     start, goal = (0, int(rng.integers(shape[1]))), (shape[0] - 1, int(rng.integers(shape[1])))
-    cost[start] = cost[goal] = 1.0
+    cost[start] = math.inf if closed in ("start", "both") else 1.0
+    cost[goal] = math.inf if closed in ("goal", "both") else 1.0
     field = MODULE["Field"](DistanceField(0.0, 0.0, 1.0, cost, np.empty((0, 2))), cost, 0.2, 0)
     found = MODULE["_search"](field, cost, (start[1] + 0.5, start[0] + 0.5), (goal[1] + 0.5, goal[0] + 0.5))
     expected = dijkstra(cost, start, goal)
