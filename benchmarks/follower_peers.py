@@ -10,13 +10,13 @@ import numpy as np
 
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.follower_qp import Weights
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference
 
 CRUISE, PERIOD, DT, STAGES = 0.7, 0.05, 0.1, 20
-DRIVE = differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 START = Pose2(0.25, 0.25, 0.3)
 
 

@@ -122,7 +122,7 @@ def ros2(page: str) -> str:
 def wheeled() -> list[str]:
     """Shipped robots on wheels that have a body in the simulator and are no variants of another robot."""
     robots = [Catalog().load_robot(entry.name) for entry in Catalog().list("robot")]
-    return [robot.name for robot in robots if not robot.bases and "axes" not in robot.locomotion.parameters]
+    return [robot.name for robot in robots if not robot.bases and robot.motion.wheeled]
 
 
 def thresholds(page: str) -> str:
@@ -155,7 +155,7 @@ def body_row(name: str, command: str) -> str:
         (
             f"`{name}`",
             robot.locomotion.kind,
-            f"{robot.length:.2f} m x {robot.width:.2f} m",
+            f"{robot.body.length:.2f} m x {robot.body.width:.2f} m",
             f"{clean['count']} of {clean['of']}",
             f"{100.0 * low:.1f} to {100.0 * high:.1f} %",
             *map(str, counts),

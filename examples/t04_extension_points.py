@@ -41,7 +41,7 @@ import numpy as np
 
 import rocs_bt
 from rocs_bt import Metres, MetresPerSecond, Radians
-from rocs_bt.agent import Controller, RobotDevices, Runtime, robot_locomotion
+from rocs_bt.agent import Controller, RobotDevices, Runtime
 from rocs_bt.base.clock import Rate
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot
@@ -310,7 +310,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         file.write_text(ROBOT)
         file.with_name(Path(__file__).name).write_bytes(Path(__file__).read_bytes())
         spec = load_robot(file)
-    body = MockRobot(world, robot_locomotion(spec.locomotion), rocs_bt.Pose2(0.0, 0.0, 0.0))
+    body = MockRobot(world, spec.locomotion, rocs_bt.Pose2(0.0, 0.0, 0.0))
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
     controller = Controller(

@@ -19,7 +19,6 @@ import tempfile
 from pathlib import Path
 
 import rocs_bt
-from rocs_bt.agent import robot_locomotion
 
 MODEL = """
 <mujoco model="puck">
@@ -202,7 +201,7 @@ def write_project(project: Path) -> rocs_bt.Catalog:
 
 with tempfile.TemporaryDirectory() as folder:
     catalog = write_project(Path(folder))
-    body = robot_locomotion(catalog.load_robot("puck").locomotion)
+    body = catalog.load_robot("puck").locomotion
     print(f"a '{body.kind}' locomotion with the axes {', '.join(body.axes)}")
     print(f"it stops from 0.5 m/s within {body.stop_distance(rocs_bt.Twist2(0.5)):.2f} m")
     print(rocs_bt.run("exp1_puck", catalog, seed=3))

@@ -4,7 +4,6 @@ Only this package imports monitors, analysers, planners, Execute and reflexes to
 above it import this package.
 """
 
-from ..catalog import robot_locomotion
 from .agent import Agent
 from .build import Controller, build_agent
 from .facts import add_facts
@@ -24,5 +23,4 @@ __all__ = [
     "ThreadedRunner",
     "add_facts",
     "build_agent",
-    "robot_locomotion",
 ]

@@ -10,6 +10,7 @@ from ..base.errors import InputError
 from ..base.parameter import class_parameters, read_arguments
 from ..base.raised import content_line
 from ..catalog import AnalyzeSpec, MonitorSpec
+from ..declare import positions_of
 
 T = TypeVar("T")
 
@@ -24,7 +25,7 @@ def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, file: Path, **pass
     """
     what = f"{cls.__name__} '{spec.name}'"
     declared = class_parameters(cls, ("name", *passed))
-    given = read_arguments(declared, spec.parameters, what, file=file, positions=spec.positions)
+    given = read_arguments(declared, spec.parameters, what, file=file, positions=positions_of(spec.parameters))
     make: Callable[..., T] = cls
     try:
         return make(spec.name, *passed.values(), **given)

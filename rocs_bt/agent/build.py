@@ -13,11 +13,11 @@ from typing import Any
 from ..actions import action_table
 from ..base.clock import Clock
 from ..base.errors import Fault, InputError, collected, located_at
-from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec, robot_locomotion
+from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec
 from ..catalog import load_class as load_class_from_file
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
-from ..declare import place_of
+from ..declare import Open, place_of
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
@@ -111,7 +111,7 @@ def build_agent(
         InputError: A class, signal, action or parameter is unknown, or content is faulty; the error lists all faults.
     """
     robot, clock, sink = devices.robot, runtime.clock, runtime.sink
-    locomotion = robot_locomotion(robot.locomotion)
+    locomotion = robot.locomotion
     knowledge = _knowledge(name, robot, locomotion, controller, clock, sink)
     _check_motion(robot, locomotion, devices.actuators)
     monitors = make_monitors(robot, knowledge, devices.sensors, devices.sensor_rates, sink, load_class)
@@ -120,7 +120,7 @@ def build_agent(
     check_queries(knowledge, controller.facts)
     actions = action_table(*controller.actions)
     pipeline = Pipeline(clock, sink, name, latency=controller.latency)
-    environment = Environment.of(knowledge.signals, robot.values)
+    environment = Environment.of(knowledge.signals, robot.constants)
     rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached, faults)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
@@ -138,8 +138,8 @@ def build_agent(
         rng=runtime.rng,
         privileged=controller.privileged,
         services=devices.services,
-        tables={"ros2": robot.ros2},
-        motion_held=lambda: devices.actuators[robot.locomotion.actuator].held,
+        tables=robot.tables,
+        motion_held=lambda: devices.actuators[robot.motion.actuator].held,
         check_options=controller.check_options,
     )
     plan = _plan(controller, mission, faults)
@@ -166,7 +166,7 @@ def _body(
         clock=runtime.clock,
         period=rates.control.period,
         actuators=devices.actuators,
-        motion=devices.robot.locomotion.actuator,
+        motion=devices.robot.motion.actuator,
         sink=runtime.sink,
     )
     body.messenger = None if sharing is None else sharing.messenger
@@ -234,11 +234,11 @@ def describe(
     if locomotion.wheels:
         limits = float(locomotion.max_speed.min()), float(locomotion.max_acceleration.min())
         wheels = dict(zip(("wheel_speed_limit", "wheel_acceleration_limit"), limits, strict=True))
-    sizes = {key: value for key, value in (("length", robot.length), ("width", robot.width)) if math.isfinite(value)}
+    sizes = {key: size for key in ("length", "width") if math.isfinite(size := getattr(robot.body, key))}
     graph.set(
         name,
         model=robot.name,
-        drive=robot.locomotion.kind,
+        drive=locomotion.kind,
         speed_limit=locomotion.speed_limit,
         turn_limit=locomotion.turn_limit,
         **wheels,
@@ -274,8 +274,8 @@ def _limits(actuator: ActuatorSpec) -> dict[str, float]:
 
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
     """Values of a rule file's thresholds that robot.toml declares, by name of the threshold."""
-    own = robot.thresholds.get(rules.stem, {})
-    return {name: Override(value, robot.file, *place) for name, (value, *place) in own.items()}
+    own = robot.thresholds.get(rules.stem, Open())
+    return {name: Override(value, *place_of(own, name)) for name, value in own.items()}
 
 
 def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
@@ -298,15 +298,14 @@ def _with_mailbox(sharing: Service, sensors: Mapping[str, Sensor]) -> Service:
 
 def _check_motion(robot: RobotSpec, locomotion: Locomotion, actuators: Mapping[str, SafetyGate]) -> None:
     """Check that the actuator of the locomotion takes as many values as the locomotion has; raises InputError."""
-    size, values = actuators[robot.locomotion.actuator].size, locomotion.values
+    size, values = actuators[robot.motion.actuator].size, locomotion.values
     if size != len(values):
-        line = next((a.line for a in robot.actuators if a.name == robot.locomotion.actuator), 0)
         raise InputError(
             Fault(
-                f"the actuator '{robot.locomotion.actuator}' takes {size} values, but a '{locomotion.kind}' locomotion "
+                f"the actuator '{robot.motion.actuator}' takes {size} values, but a '{locomotion.kind}' locomotion "
                 f"has {len(values)}.",
                 robot.file,
-                line,
+                robot.mover.line,
                 hint=f"Give it one for each: {', '.join(values)}.",
             )
         )

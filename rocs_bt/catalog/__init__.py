@@ -8,6 +8,7 @@ from ..base.python_content import classes_in, functions_in, is_reference, load_c
 from .caching_catalog import CachingCatalog
 from .catalog import Catalog
 from .copying import copy_content
+from .device_spec import ActuatorSpec, SensorSpec
 from .entry import (
     IDENTIFIED,
     KINDS,
@@ -26,16 +27,7 @@ from .mission_catalog import MissionCatalog
 from .perturbation import Perturbation, parse_perturbation, perturbed, read_perturbations
 from .planner_file import PlannerSpec, mission_values, read_planner
 from .robot_file import load_robot
-from .robot_spec import (
-    ActuatorSpec,
-    AnalyzeSpec,
-    LocomotionSpec,
-    MonitorSpec,
-    RobotSpec,
-    SensorSpec,
-    command_size,
-    robot_locomotion,
-)
+from .robot_spec import AnalyzeSpec, MonitorSpec, RobotSpec, command_size
 from .scenario_file import (
     ActorSpec,
     AgentSpec,
@@ -61,7 +53,6 @@ __all__ = [
     "FactSpec",
     "Finder",
     "GroundSpec",
-    "LocomotionSpec",
     "MissionCatalog",
     "MonitorSpec",
     "Perturbation",
@@ -93,7 +84,6 @@ __all__ = [
     "read_perturbations",
     "read_planner",
     "read_scenario",
-    "robot_locomotion",
     "running",
     "running_class",
     "shipped_root",

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from ..drivers.host import Host
     from ..drivers.isolated import ActuatorMaker
     from ..interfaces.device import Sensor
-    from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
+    from .device_spec import ActuatorSpec, SensorSpec
+    from .robot_spec import RobotSpec
 
 
 def _none(*place: object) -> NoReturn:

@@ -15,17 +15,9 @@ from ..base.errors import InputError
 from ..base.toml_table import Table, read_toml
 from ..base.toml_text import Key
 from ..declare import Open
+from .device_spec import DEVICES, wiring_keys
 
 Positions = dict[Key, tuple[int, int]]
-DEVICE_KEYS = {
-    "sensor": (
-        *("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "optional"),
-        *("latency", "drop_out"),
-    ),
-    "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
-}
-"""Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the driver's."""
-
 FindBase = Callable[[str], Path]
 """Function that returns the file of a `base`; raises InputError if it does not exist."""
 
@@ -114,9 +106,8 @@ def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[s
     dropped = set[str]()
     if "mission" in own and own["mission"] != base.get("mission"):
         dropped.add("parameters")
-    wiring = DEVICE_KEYS.get(str(key[0])) if key else None
-    if wiring is not None and "driver" in own and own["driver"] != base.get("driver"):
-        dropped.update(name for name in base if name not in wiring)
+    if key and key[0] in DEVICES and "driver" in own and own["driver"] != base.get("driver"):
+        dropped.update(base.keys() - wiring_keys(str(key[0])))
     return dropped
 
 

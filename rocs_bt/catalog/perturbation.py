@@ -11,7 +11,8 @@ from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.toml_table import read_toml
 from ..base.units import NONE, POSITIVE, Quantity, convert, parse_quantity
 from ..declare import Open, TableName, Valid, Value, Wrong, read_root, replaced, values_of
-from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
+from .device_spec import ActuatorSpec, SensorSpec
+from .robot_spec import RobotSpec
 
 CHANGES = {
     "times": lambda value, strength: value * strength,
@@ -112,10 +113,10 @@ class Perturbation(Value):
         for key in self.keys:
             variant = replace(variant, **{key: self._value(getattr(variant, key))})
         if variant.size == robot.variant.size:
-            return replace(robot, variant=variant)
+            return replaced(robot, variant=variant)
         # Motors and encoders are calibrated for the wheels of the variant; `wheel_radius` is a perturbation of its own.
         wheels = replaced(self, device="device", keys=("wheel_radius",), change="times", drivers=())
-        return wheels.at(variant.size / robot.variant.size)._devices(replace(robot, variant=variant))
+        return wheels.at(variant.size / robot.variant.size)._devices(replaced(robot, variant=variant))
 
     def _devices(self, robot: RobotSpec) -> RobotSpec:
         sensors, actuators = robot.sensors, robot.actuators
@@ -123,19 +124,19 @@ class Perturbation(Value):
             sensors = tuple(self._device(each) for each in sensors)
         if self.device != "sensor":
             actuators = tuple(self._device(each) for each in actuators)
-        return replace(robot, sensors=sensors, actuators=actuators)
+        return replaced(robot, sensors=sensors, actuators=actuators)
 
     def _device(self, device: Device) -> Device:
         if self.drivers and device.driver not in self.drivers:
             return device
         for key in self.keys:
             if key in _OWN and hasattr(device, key):
-                device = replace(device, **{key: self._possible(key, getattr(device, key))})
+                device = replaced(device, **{key: self._possible(key, getattr(device, key))})
             elif isinstance(old := device.parameters, Value):
                 if (value := values_of(old).get(key)) is not None:
-                    device = replace(device, parameters=replaced(old, **{key: self._possible(key, value)}))
+                    device = replaced(device, parameters=replaced(old, **{key: self._possible(key, value)}))
             elif key in old:
-                device = replace(device, parameters=Open(old | {key: self._possible(key, old[key])}))
+                device = replaced(device, parameters=Open(old | {key: self._possible(key, old[key])}))
         return device
 
     def _possible(self, key: str, value: Any) -> Any:

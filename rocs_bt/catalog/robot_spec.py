@@ -1,290 +1,311 @@
-"""RobotSpec: content of a robot.toml, that is locomotion, devices and the wiring of blocks."""
+"""RobotSpec: content of a robot.toml (robot/3), that is locomotion, devices and the wiring of blocks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal
 
-import numpy as np
-
-from ..base.clock import Clock
-from ..base.errors import Fault, InputError
+from ..base.errors import Fault, InputError, unknown
 from ..base.files import is_file
-from ..base.geometry import Pose2
-from ..base.parameter import Positions
 from ..base.python_content import is_reference
-from ..base.units import NONE, Dimension, Quantity
+from ..base.registered import load, registered
+from ..base.toml_table import KnownKey, Table
+from ..base.units import ACCELERATION, LENGTH, NOT_NEGATIVE, SPEED, Quantity, convert
 from ..base.words import counted
 from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
-from ..control.locomotion_kinds import make_locomotion
-from ..declare import Open, Value, given_of
-from ..drivers import PositionParameters
+from ..control.locomotion_kinds import LOCOMOTIONS, Braking, LocomotionSpec, UnknownLocomotion, Wheels
+from ..declare import (
+    Content,
+    Declared,
+    InFile,
+    Key,
+    Kinds,
+    Names,
+    Open,
+    Place,
+    ReadBy,
+    Rest,
+    Scope,
+    SetByPrograms,
+    Value,
+    Wrong,
+    has_key,
+    names_of,
+    note_twice,
+    place_of,
+    read,
+    replaced,
+    rows_in,
+    values_of,
+)
+from ..drivers import VelocityParameters
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
-from ..event import EventSink
 from ..interfaces.device import Actuator
-from ..interfaces.safety import Landing, Limits, SafetyGate
-from .values import to_si
+from ..interfaces.safety import Landing, Limits
+from .device_spec import ActuatorSpec, BlockSpec, SensorSpec
+
+LANDING_SPEED = 0.3
+"""Speed at which a flying body descends to land, if its limit allows [m/s]."""
+
+_MARGIN = 1.5  # of the gate's rate of change over the deceleration of a body
 
 
-@dataclass(frozen=True)
-class LocomotionSpec:
-    """`[locomotion]` table: how the robot moves.
-
-    Attributes:
-        kind: Kind of locomotion, such as `differential`.
-        actuator: Name of the actuator that takes the motion commands.
-        parameters: Parameters for `make_locomotion`, in SI units.
-    """
-
-    kind: str
-    actuator: str
-    parameters: Mapping[str, Any]
-
-
-DriverKeys = Value | Open
-"""Keys of a device's driver: of a shipped driver, an object of their declared class; of a user's, as in the file."""
-
-
-class DeviceSpec:
-    """What `[[sensor]]` and `[[actuator]]` tables have in common."""
-
-    parameters: DriverKeys
-
-    @property
-    def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of the driver: in SI units and without defaults for a shipped one, else unconverted."""
-        return given_of(self.parameters) if isinstance(self.parameters, Value) else self.parameters
-
-    @property
-    def size(self) -> int | None:
-        """Number of values of a reading or command; None if only a user's driver or a message knows it."""
-        return cast("int | None", getattr(self.parameters, "size", None))
-
-
-@dataclass(frozen=True)
-class SensorSpec(DeviceSpec):
-    """One `[[sensor]]` table.
-
-    Attributes:
-        name: Name of the sensor and of its node in the knowledge graph.
-        driver: Driver's name, or `file.py:Class` beside robot.toml.
-        signal: Signal to which the readings are written, also shown by the sensor's node in the graph; the sensor's
-            name by default.
-        monitor: Name of the Monitor that reads the sensor; always one of the robot's `monitors`.
-        rate: Rate of readings [Hz]; None for one in each control period.
-        noise: Standard deviation of each value, in the SI unit of `dimension`.
-        latency: Time until a reading of the simulated sensor can be read [s].
-        drop_out: Probability that a reading of the simulated sensor is lost.
-        dimension: Physical dimension of the values.
-        scale: Factor from the declared unit to SI, for values that the driver takes from messages.
-        max_age: Validity of a reading [s]; None for the latency and three sensor periods.
-        mount: Pose of the sensor, body frame; None if not given.
-        parameters: Keys of a shipped driver, as an object of their declared class; those of a user's, unconverted.
-        optional: Whether a robot on hardware may start before the sensor gives fresh values.
-        line: Line of the table in the file.
-    """
-
-    name: str
-    driver: str
-    signal: str
-    monitor: str
-    rate: float | None = None
-    noise: float = 0.0
-    dimension: Dimension = NONE
-    scale: float = 1.0
-    max_age: float | None = None
-    mount: Pose2 | None = None
-    parameters: DriverKeys = field(default_factory=Open)
-    optional: bool = False
-    line: int = 0
-    latency: float = 0.0
-    drop_out: float = 0.0
-
-    def validity(self, period: float) -> float:
-        """Time for which a reading is valid [s], by `max_age` or the sensor's period [s]."""
-        return self.latency + 3.0 * period if self.max_age is None else self.max_age
-
-    @property
-    def frame(self) -> str:
-        """Frame of a pose: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
-
-        That of a user's driver is continuous. It is empty in the simulation, where values may have noise, or the robot
-        may turn over; but a position without noise and jumps is continuous.
-        """
-        if self.driver != "ros2":
-            given = self.parameters
-            smooth = isinstance(given, PositionParameters) and not self.noise and not given.jump
-            return "continuous" if smooth or is_reference(self.driver) else ""
-        kind = str(self.arguments.get("type", ""))
-        transforms = kind.endswith("/TFMessage") and not str(self.arguments.get("frame", "map")).endswith("odom")
-        corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")
-        return "corrected" if corrected else "continuous"
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """Attributes of the sensor's node in the knowledge graph: wiring, mount and a scanner's rays and span."""
-        known: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}
-        if self.mount is not None:
-            known["mount"] = self.mount
-        given = self.arguments
-        if given.get("rays") and given.get("span"):  # a laser scanner
-            known |= {name: to_si(given[name]) for name in ("rays", "span")}
-        return known
-
-
-@dataclass(frozen=True)
-class MonitorSpec:
+class MonitorSpec(BlockSpec):
     """One `[[monitor]]` table, or the Monitor made for a sensor that names only its class.
 
     Attributes:
-        name: Block's name.
         cls: Name of a shipped Monitor class, or `file.py:Class` beside robot.toml.
         sensors: Names of the sensors that the Monitor reads.
-        parameters: Arguments of the class, unconverted; sub-tables are dicts.
-        line: Line of the table in the file.
-        positions: Line and column of each argument in the file; those of a sub-table are named `TABLE.NAME`.
+        parameters: Arguments of the class, unconverted.
     """
 
-    name: str
-    cls: str
-    sensors: tuple[str, ...]
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    line: int = 0
-    positions: Positions = field(default_factory=dict)
+    cls: Annotated[str, Key("class"), Content("monitor class")]
+    sensors: Annotated[tuple[str, ...], Names("sensor", "no sensor of this robot", "The robot")] = ()
+    parameters: Annotated[Open, Rest()] = Open()
+
+    @classmethod
+    def of(cls, sensor: SensorSpec) -> MonitorSpec:
+        """Monitor of a sensor that names its class, at the place of the sensor."""
+        made = cls(name=sensor.name, cls=sensor.monitor, sensors=(sensor.name,))
+        made.__dict__["_table"] = sensor._table
+        return made
 
 
-@dataclass(frozen=True)
-class AnalyzeSpec:
+class AnalyzeSpec(BlockSpec):
     """One `[[analyze]]` table.
 
     Attributes:
-        name: Block's name.
         cls: Name of a shipped Analyze class, or `file.py:Class` beside robot.toml.
         monitors: Names of the Monitors that supply the signals of the Analyze block.
         parameters: Arguments of the class, unconverted.
-        line: Line of the table in the file.
-        positions: Line and column of each argument in the file; those of a sub-table are named `TABLE.NAME`.
     """
 
-    name: str
-    cls: str
-    monitors: tuple[str, ...]
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    line: int = 0
-    positions: Positions = field(default_factory=dict)
+    cls: Annotated[str, Key("class"), Content("analyze class")]
+    monitors: Annotated[tuple[str, ...], Names("monitor", "no monitor of this robot", "The robot")]
+    parameters: Annotated[Open, Rest()] = Open()
 
 
-@dataclass(frozen=True)
-class ActuatorSpec(DeviceSpec):
-    """One `[[actuator]]` table.
+class BodySpec(Value):
+    """`[body]` table: outline and contacts.
 
     Attributes:
-        name: Name of the actuator and of its node in the knowledge graph.
-        driver: Driver's name, or `file.py:Class` beside robot.toml.
-        limits: Range and rate of change of the commands, enforced by the safety gate.
-        max_command_age: Watchdog time [s]: the actuator goes to neutral if it gets no command for this time.
-        parameters: Keys of the driver, as of a sensor.
-        line: Line of the table in the file.
-        isolated: Whether the device runs in a process of its own; on hardware only.
-        landing: Landing of a flying body without commands; None for other bodies and actuators.
+        length: Length of the outline along x [m]; NaN if unknown.
+        width: Width of the outline along y [m]; NaN if unknown.
+        ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
     """
 
-    name: str
-    driver: str
-    limits: Limits
-    max_command_age: float = 0.2
-    parameters: DriverKeys = field(default_factory=Open)
-    line: int = 0
-    isolated: bool = False
-    landing: Landing | None = None
-
-    def guard(
-        self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""
-    ) -> SafetyGate:
-        """Wrap a device in a safety gate with this actuator's limits and watchdog.
-
-        Args:
-            device: Device; the caller must not use it directly any more.
-            clock: Source of time.
-            period: Control period [s].
-            sink: Sink of the gate's events.
-            agent: Name of the agent, for these events.
-
-        Raises:
-            InputError: The number of bounds differs from the number of values of the device.
-        """
-        return SafetyGate(
-            device,
-            clock,
-            self.limits,
-            period=period,
-            max_age=self.max_command_age,
-            sink=sink,
-            agent=agent,
-            landing=self.landing,
-        )
+    length: Annotated[float, LENGTH, NOT_NEGATIVE] = math.nan
+    width: Annotated[float, LENGTH, NOT_NEGATIVE] = math.nan
+    ground_contact: tuple[str, ...] | None = None
 
 
-@dataclass(frozen=True)
-class RobotSpec:
+def _kinds() -> Mapping[str, type[LocomotionSpec]]:
+    return {"": UnknownLocomotion, **LOCOMOTIONS}
+
+
+def _registered_tables(table: Table, done: Mapping[str, Any]) -> Mapping[str, Any]:
+    names = registered("rocs_bt.tables")
+    table.known.update(dict.fromkeys(names, KnownKey("a table")))
+    return {name: read(load("rocs_bt.tables", name), table.table(name)) for name in names if name in table}
+
+
+class RobotSpec(Value):
     """Content of a robot's folder.
 
     Attributes:
         name: Folder's name.
         file: The robot.toml.
+        bases: The robot.toml files that this one is based on, nearest first.
+        format: Format of the file.
+        base: Robot on which this one is based; its tables are read already.
         doc: One-sentence description.
         model: MJCF file; None for a robot without a body in simulation.
-        locomotion: Locomotion of the robot.
-        length: Length of the outline along x [m]; NaN if robot.toml omits it.
-        width: Width of the outline along y [m]; NaN if robot.toml omits it.
+        motion: Table of the locomotion.
+        body: Outline and contacts.
         sensors, monitors, analyzers, actuators: Devices and blocks; the agent consists of exactly these.
-        bases: The robot.toml files that this one is based on, nearest first.
-        thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
-        ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
-        ros2: The `[ros2]` table; None if robot.toml has none.
-        positions: Line and column of `model` and of the keys of `locomotion` and `body`, such as `body.length`.
+        thresholds: Robot-specific values of named thresholds as written, by rule file.
+        tables: Tables of packages (`rocs_bt.tables`), such as `[ros2]`, by name.
         variant: Differences of the simulated body from its model; set by perturbations and never by a file.
     """
 
-    name: str
-    file: Path
-    doc: str
-    model: Path | None
-    locomotion: LocomotionSpec
-    length: float
-    width: float
-    sensors: tuple[SensorSpec, ...]
-    monitors: tuple[MonitorSpec, ...]
-    analyzers: tuple[AnalyzeSpec, ...]
-    actuators: tuple[ActuatorSpec, ...]
-    bases: tuple[Path, ...] = ()
-    thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
-    ground_contact: tuple[str, ...] | None = None
-    ros2: Any = None  # its registered class, as in `rocs_bt.tables`
-    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
-    variant: BodyVariant = AS_MODELLED
+    name: Annotated[str, SetByPrograms()] = ""
+    file: Annotated[Path, SetByPrograms()] = Path()
+    bases: Annotated[tuple[Path, ...], SetByPrograms()] = ()
+    format: Annotated[Literal["robot/3"], InFile()] = "robot/3"
+    base: str = ""
+    doc: str = ""
+    model: Annotated[Path, Content("model file")] | None = None
+    motion: Annotated[LocomotionSpec, Key("locomotion"), Kinds("kind", _kinds, "locomotion")]
+    body: BodySpec = BodySpec()
+    sensors: Annotated[tuple[SensorSpec, ...], Key("sensor")] = ()
+    monitors: Annotated[tuple[MonitorSpec, ...], Key("monitor")] = ()
+    analyzers: Annotated[tuple[AnalyzeSpec, ...], Key("analyze")] = ()
+    actuators: Annotated[tuple[ActuatorSpec, ...], Key("actuator")] = ()
+    thresholds: Annotated[Mapping[str, Open], Key("rules")] = Open()
+    tables: Annotated[Mapping[str, Any], ReadBy(_registered_tables)] = Open()
+    variant: Annotated[BodyVariant, SetByPrograms()] = AS_MODELLED
 
-    def position(self, table: str, *keys: str) -> tuple[int, int]:
-        """Line and column of the first of the keys that a table of robot.toml has; else of the table, or of `base`."""
-        names = (*(f"{table}.{key}" for key in keys), table, "")
-        return next((self.positions[name] for name in names if name in self.positions), (0, 0))
+    @classmethod
+    def _prepare(cls, table: Table, scope: Scope) -> None:
+        """Add the names of sensors and Monitors, and the unit of wheels; note names that two tables have."""
+        sensors, monitors = rows_in(table, "sensor"), rows_in(table, "monitor")
+        declared = names_of(monitors)
+        own = [sensor for sensor in sensors if sensor.get("monitor") not in declared]
+        scope.names |= {"sensor": names_of(sensors), "monitor": sorted([*names_of(own), *declared])}
+        note_twice(table, ("sensor", "actuator"), "device", "Use unique names: devices are nodes of one graph.")
+        for key in ("monitor", "analyze"):
+            note_twice(table, (key,), key, "Use unique names.")
+        rows = {str(row.get("name")): row for row in rows_in(table, "actuator")}
+        motion = table.data.get("locomotion")
+        motion = motion if isinstance(motion, dict) else {}
+        moving = rows.get(str(motion.get("actuator"))) or rows.get("wheels", {})
+        if LOCOMOTIONS.get(str(motion.get("kind")), Wheels).wheeled:
+            moving.setdefault("unit", "m/s")  # the limits of wheels are read in this unit
+
+    def _check(self) -> Iterator[Wrong]:
+        """Faults of tables that do not fit each other."""
+        yield from self._wiring_faults()
+        if self.motion.actuator not in (known := [actuator.name for actuator in self.actuators]):
+            fault = unknown("actuator of this robot", self.motion.actuator, known, "The robot")
+            yield Wrong("actuator", fault.message, fault.hint, self.motion)
+        for actuator in self.actuators:
+            yield from self._limit_faults(actuator)
+
+    def _wiring_faults(self) -> Iterator[Wrong]:
+        """Faults of devices and Monitors that do not fit each other."""
+        names = [monitor.name for monitor in self.monitors]
+        for sensor in self.sensors:
+            if sensor.name in names and sensor.monitor not in names:
+                message = f"a [[monitor]] is also named '{sensor.name}'."
+                yield Wrong("monitor", message, "Name it here, or rename it.", sensor)
+        for monitor in self.monitors:
+            if not self._read_by(monitor) and not (monitor._table and monitor._table.data.get("sensors")):
+                message, hint = f"no sensor feeds the monitor '{monitor.name}'.", "List some: sensors = [...]."
+                yield Wrong(None, message, hint, monitor)
+        for device in (*self.sensors, *self.actuators):
+            if (driver := device.driver) in registered("rocs_bt.tables") and driver not in self.tables:
+                message = f"the driver '{driver}' needs a table [{driver}], and the robot has none."
+                yield Wrong("driver", message, "Add one; it may be empty.", device)
+
+    def _limit_faults(self, actuator: ActuatorSpec) -> Iterator[Wrong]:
+        """Faults of the limits of an actuator, and of those of wheels that contradict them."""
+        moves = actuator.name == self.motion.actuator
+        if moves and not self.motion.wheeled:
+            for key in (key for key in ("range", "max_change", "unit") if has_key(actuator, key)):
+                message = f"{key} is not for the actuator of twists: the axes in [locomotion] declare its limits."
+                yield Wrong(key, message, "Remove the line.", actuator)
+            return
+        if next(actuator._check(), None):
+            return  # a fault of the unit
+        if moves and actuator.dimension != SPEED:
+            message = f"unit of the wheels must be m/s, found '{actuator.unit}'."
+            yield Wrong("unit", message, 'Write unit = "m/s".', actuator)
+            return
+        if has_key(actuator, "range") and not actuator.range:
+            return  # a fault of the range
+        try:
+            limits = actuator.limited(moves)
+        except InputError as error:
+            at = "range" if has_key(actuator, "range") else None
+            yield from (Wrong(at, fault.message, fault.hint, actuator) for fault in error.faults)
+        else:
+            if moves and isinstance(self.motion, Wheels):
+                yield from self._wheel_faults(self.motion, *_allowed(actuator, limits))
+
+    def _wheel_faults(self, wheels: Wheels, speed: float, acceleration: float) -> Iterator[Wrong]:
+        """Faults of limits for planning, and of decelerations, that are higher than the actuator's."""
+        if wheels.max_wheel_acceleration is None and math.isinf(acceleration):
+            message = "neither [locomotion] nor its actuator limits the wheel acceleration."
+            hint = 'Write max_wheel_acceleration = "1 m/s2", or the actuator\'s max_change.'
+            yield Wrong(None, message, hint, wheels)
+        for name, limit, unit in (("max_wheel_speed", speed, "m/s"), ("max_wheel_acceleration", acceleration, "m/s2")):
+            planned = getattr(wheels, name)
+            if planned is not None and planned > limit * (1.0 + 1e-9):
+                message = f"{name} is {planned:g} {unit}, but the actuator allows {limit:g} {unit}."
+                yield Wrong(name, message, "Use at most the actuator's limit, or remove the line.", wheels)
+        axes = [axis for axis in values_of(wheels).values() if isinstance(axis, Braking)]
+        braking: list[tuple[Declared, Any]] = [(wheels, wheels.deceleration)]
+        braking += [(axis, axis.deceleration) for axis in axes]
+        braking += [(monitor, monitor.parameters.get("deceleration")) for monitor in self.monitors]
+        for table, wanted in braking:
+            if isinstance(wanted, str):
+                try:
+                    wanted = convert(wanted, ACCELERATION)
+                except InputError:
+                    continue  # reported where it is read
+            if isinstance(wanted, float) and wanted > acceleration * (1.0 + 1e-9):
+                message = f"deceleration is {wanted:g} m/s2, but the actuator allows {acceleration:g} m/s2."
+                hint = "`stop_distance` would be too short. Measure it: rocs-bt identify."
+                yield Wrong("deceleration", message, hint, table)
+
+    def _made(self) -> RobotSpec:
+        """The robot with the limits of its actuators and wheels, and with the Monitors of all sensors."""
+        if self._table is None or self._table.faults:
+            return self
+        names = [monitor.name for monitor in self.monitors]
+        own = [sensor.name for sensor in self.sensors if sensor.monitor not in names]
+        monitors = [MonitorSpec.of(sensor) for sensor in self.sensors if sensor.name in own]
+        monitors += [replaced(monitor, sensors=self._read_by(monitor)) for monitor in self.monitors]
+        sensors = tuple(replaced(each, monitor=each.name) if each.name in own else each for each in self.sensors)
+        return replaced(self._limited(), sensors=sensors, monitors=tuple(monitors))
+
+    def _limited(self) -> RobotSpec:
+        """The robot with the limits of its actuators, and those of the wheels."""
+        motion, found = self.motion, []
+        for actuator in self.actuators:
+            moves = actuator.name == motion.actuator
+            if moves and not motion.wheeled:
+                found.append(_moved_by_twists(actuator, self.locomotion))
+                continue
+            found.append(replaced(actuator, limits=actuator.limited(moves)))
+            if moves and isinstance(motion, Wheels):
+                speed, acceleration = _allowed(actuator, found[-1].limits)
+                motion = replaced(
+                    motion,
+                    max_wheel_speed=motion.max_wheel_speed or speed,
+                    max_wheel_acceleration=motion.max_wheel_acceleration or acceleration,
+                )
+        return replaced(self, motion=motion, actuators=tuple(found))
+
+    def _read_by(self, monitor: MonitorSpec) -> tuple[str, ...]:
+        """Names of the sensors that a Monitor reads: those that it lists, and those that name it."""
+        named = [sensor.name for sensor in self.sensors if sensor.monitor == monitor.name]
+        return tuple(dict.fromkeys([*monitor.sensors, *named]))
+
+    @cached_property
+    def locomotion(self) -> Locomotion:
+        """Locomotion of the robot."""
+        return self.motion.build()
+
+    @property
+    def mover(self) -> ActuatorSpec:
+        """Actuator that takes the motion commands."""
+        return next(each for each in self.actuators if each.name == self.motion.actuator)
+
+    def position(self, *keys: str) -> Place:
+        """Place of the first of some keys of `[locomotion]` that the file has; else of the table, or of `base`.
+
+        Args:
+            keys: Keys, such as `lag` or `vx.max_speed`.
+        """
+        paths = [key.split(".") for key in keys]
+        given = [path for path in paths if self._table and ("locomotion", *path) in self._table.positions]
+        return place_of(self, "locomotion", *next(iter(given), ()))
 
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Faults that the simulation gives the devices, such as `lidar: latency 0.1 s, drop_out 0.05`."""
-        own = [(s.name, s.driver, {"latency": s.latency, "drop_out": s.drop_out, **s.arguments}) for s in self.sensors]
-        devices = (*own, *((a.name, a.driver, a.arguments) for a in self.actuators))
-        found = {name: _faults(driver, values) for name, driver, values in devices}
-        return tuple(f"{name}: {', '.join(faults)}" for name, faults in found.items() if faults)
+        devices = [(device.name, device.faults) for device in (*self.sensors, *self.actuators)]
+        return tuple(f"{name}: {', '.join(faults)}" for name, faults in devices if faults)
 
     @cached_property
-    def values(self) -> Mapping[str, Quantity]:
+    def constants(self) -> Mapping[str, Quantity]:
         """Constants of the body that rule files may use, by the names of `control.body_values.BODY_VALUES`."""
-        return body_values(robot_locomotion(self.locomotion), self.length, self.width)
+        return body_values(self.locomotion, self.body.length, self.body.width)
 
     def beside(self, name: str) -> Path:
         """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""
@@ -300,58 +321,49 @@ class RobotSpec:
         Raises:
             InputError: The number of values differs from the number of axes.
         """
-        if device.name != self.locomotion.actuator:
-            return
-        locomotion = robot_locomotion(self.locomotion)
-        if not locomotion.wheeled and device.size != len(locomotion.values):
-            axes = ", ".join(locomotion.values)
+        names = self.locomotion.values
+        if device.name == self.motion.actuator and not self.motion.wheeled and device.size != len(names):
+            axes = ", ".join(names)
             message = f"{type(device).__name__} takes {counted(device.size, 'value')}, but the locomotion has {axes}."
             hint = "The values are in the order of the axes; an axis without a table in [locomotion] has no value."
             # Usually the first axis is not the wrong one, and it may be that of a base.
-            raise InputError(Fault(message, self.file, *self.position("locomotion", "vy", "vz", "wz", "vx"), hint))
+            raise InputError(Fault(message, *self.position("vy", "vz", "wz", "vx"), hint))
 
     @property
     def code(self) -> tuple[Path, ...]:
         """Python files named in robot.toml, each once."""
-        names = (
-            *(s.driver for s in self.sensors),
-            *(m.cls for m in self.monitors),
-            *(a.cls for a in self.analyzers),
-            *(a.driver for a in self.actuators),
-        )
+        classes = (*(monitor.cls for monitor in self.monitors), *(analyze.cls for analyze in self.analyzers))
+        names = (*classes, *(device.driver for device in (*self.sensors, *self.actuators)))
         return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
 
 
-_FAULTS = {"latency": "s", "drop_out": "", "missing_echo": "", "sweep": "s", "odometry": "", "slip": ""}
-"""Unit of each fault of a device in the simulation."""
-
-_POSE_FAULTS = {"position": {"drift": "m", "jump": "m"}, "orientation": {"drift": "rad", "jump": "rad"}}
-"""Faults with a unit of their own, by driver."""
-
-
-def _faults(driver: str, values: Mapping[str, Any]) -> list[str]:
-    """Faults of a device with a shipped driver, as text, such as `sweep 0.025 s`."""
-    units = {} if is_reference(driver) else _FAULTS | _POSE_FAULTS.get(driver, {})
-    return [
-        " ".join([name, *(f"{each:g}" for each in np.atleast_1d(values[name])), unit]).strip()
-        for name, unit in units.items()
-        if name in values and np.any(values[name])
-    ]
+def _allowed(actuator: ActuatorSpec, limits: Limits) -> tuple[float, float]:
+    """Largest wheel speed and acceleration that an actuator and its electronics allow [m/s, m/s2]."""
+    motors = actuator.parameters
+    ramp = motors.max_acceleration if isinstance(motors, VelocityParameters) else math.inf
+    return limits.largest, min(*limits.changes, ramp)
 
 
-def robot_locomotion(spec: LocomotionSpec) -> Locomotion:
-    """Locomotion from the `[locomotion]` table of a robot.toml.
-
-    Raises:
-        InputError: Unknown kind, or a parameter is missing or invalid.
-    """
-    return make_locomotion(spec.kind, **spec.parameters)
+def _moved_by_twists(actuator: ActuatorSpec, locomotion: Locomotion) -> ActuatorSpec:
+    """Complete the actuator of a body that accepts twists: limits of the axes, and the landing of one that hovers."""
+    speeds, braking = locomotion.max_speed.tolist(), locomotion.response.deceleration
+    # A body may brake faster than it plans to accelerate; the steps of the gate must not slow the braking.
+    changes = tuple(
+        max(limit, _MARGIN * braking.get(axis, 0.0))
+        for axis, limit in zip(locomotion.values, locomotion.max_acceleration.tolist(), strict=True)
+    )
+    climbs = [axis == "vz" for axis in locomotion.values]
+    apart = tuple(i for i, climb in enumerate(climbs) if climb)
+    limits = Limits(tuple(-speed for speed in speeds), tuple(speeds), changes, True, apart)
+    down = tuple(-min(LANDING_SPEED, speed) if climb else 0.0 for speed, climb in zip(speeds, climbs, strict=True))
+    landing = Landing(locomotion.land_after, down) if locomotion.neutral == "hover" else None
+    return replaced(actuator, limits=limits, landing=landing)
 
 
 def command_size(robot: RobotSpec, actuator: ActuatorSpec) -> int:
     """Number of values of an actuator's command, from its driver, the locomotion or its range, without a device."""
     if actuator.size is not None:
         return actuator.size
-    if actuator.name == robot.locomotion.actuator:
-        return len(robot_locomotion(robot.locomotion).values)
+    if actuator.name == robot.motion.actuator:
+        return len(robot.locomotion.values)
     return len(actuator.limits.low)

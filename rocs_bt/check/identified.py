@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from ..base.errors import Fault
 from ..base.geometry import Twist3
-from ..catalog import Catalog, RateSpec, RobotSpec, robot_locomotion
+from ..catalog import Catalog, RateSpec, RobotSpec
 from ..control.locomotion import Locomotion
-from ..control.locomotion_kinds import OPTIONAL
+from ..declare import Place, place_of
 from ..simulation import on_hardware
 from ..simulation.identified_file import AxisFigures, IdentifiedFile, identified_path, model_hash, read_identified
 
@@ -67,18 +67,18 @@ def identified_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
             yield from _not_identified(robot, catalog)
             return
         message = f"{file.name} was measured with another model or actuator; [locomotion] is not compared with it."
-        yield _warning(robot, message, f"Run: rocs-bt identify {robot.name}", "model")
+        yield _warning(place_of(robot, "model"), message, f"Run: rocs-bt identify {robot.name}")
         return
     for difference in differences(robot, measured):
         written = " and ".join(f'{key} = "{text}"' for key, text in as_quantities(difference.values).items())
         hint = f"Write {written}, or run: rocs-bt identify {robot.name} --write." if written else ""
         hint = f"{difference.hint} {hint}".strip()
-        yield _warning(robot, difference.message, hint, "locomotion", *difference.keys)
+        yield _warning(robot.position(*difference.keys), difference.message, hint)
 
 
 def differences(robot: RobotSpec, measured: IdentifiedFile) -> Iterator[Difference]:
     """Compare `[locomotion]` of a robot with the measured motion of its model."""
-    locomotion = robot_locomotion(robot.locomotion)
+    locomotion = robot.locomotion
     axes = {axis: figures for axis, figures in measured.axes.items() if axis in locomotion.axes}
     yield from _geometry(robot, locomotion, measured)
     for axis, figures in axes.items():
@@ -118,12 +118,12 @@ def _not_identified(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
         f"'{robot.name}' is not identified: its model or motion actuator differs from that of its base "
         f"'{robot.bases[0].parent.name}', so the measured motion does not apply. It may stop late and cut corners."
     )
-    yield _warning(robot, message, f"Run: rocs-bt identify {robot.name} --write.", "base")
+    yield _warning(place_of(robot, "base"), message, f"Run: rocs-bt identify {robot.name} --write.")
 
 
 def _geometry(robot: RobotSpec, locomotion: Locomotion, measured: IdentifiedFile) -> Iterator[Difference]:
     """Compare the size that relates turns to wheel speeds, and the ICR offset."""
-    sizes = {name: v for name in _WIDTHS if (v := robot.locomotion.parameters.get(name)) is not None}
+    sizes = {name: v for name in _WIDTHS if (v := getattr(robot.motion, name, None)) is not None}
     if not sizes or not {"vx", "wz"} <= measured.axes.keys():
         return
     declared = sum(sizes.values())
@@ -146,7 +146,7 @@ def _geometry(robot: RobotSpec, locomotion: Locomotion, measured: IdentifiedFile
             f"icr_offset is {locomotion.icr_offset:.3g} m, but {offset:.3g} m was measured: the robot drifts sideways "
             "in curves."
         )
-        slips = "icr_offset" in OPTIONAL.get(locomotion.kind, ())
+        slips = hasattr(robot.motion, "icr_offset")
         hint = "" if slips else "Move the model's base to the axle of the wheels."
         yield Difference(message, ("icr_offset",), {"icr_offset": offset} if slips else {}, hint)
 
@@ -249,6 +249,5 @@ def _reading_period(robot: RobotSpec) -> float:
     return 1.0 / min(rates, default=RateSpec().control)
 
 
-def _warning(robot: RobotSpec, message: str, hint: str, table: str, *keys: str) -> Fault:
-    line, column = robot.position(table, *keys)
-    return Fault(message, robot.file, line, column, hint, warning=True)
+def _warning(place: Place, message: str, hint: str) -> Fault:
+    return Fault(message, *place, hint, warning=True)

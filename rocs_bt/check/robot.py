@@ -14,6 +14,7 @@ from ..base.errors import DeviceError, Fault, InputError, located_at, unknown
 from ..base.raised import describe
 from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
+from ..declare import place_of
 from ..drivers import DRIVER_PARAMETERS
 from ..drivers.mujoco import (
     MujocoActuator,
@@ -54,8 +55,7 @@ def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Itera
     known = [rules.name for rules in catalog.list("rules")]
     for name, thresholds in robot.thresholds.items():
         if name not in known:
-            line = next((line for _, line, _ in thresholds.values()), 0)
-            yield unknown("rule file", name, known).at(robot.file, line)
+            yield unknown("rule file", name, known).at(*place_of(thresholds))
     if not own:
         return
     yield from identified_faults(robot, catalog)
@@ -94,9 +94,9 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
     except InputError as error:
         yield from error.at(robot.model).faults
         return {}
-    if robot.ground_contact is not None:
+    if robot.body.ground_contact is not None:
         try:
-            world.allow_ground_contact(_NAME, robot.ground_contact)
+            world.allow_ground_contact(_NAME, robot.body.ground_contact)
         except InputError as error:
             yield from error.at(robot.file).faults
     yield from _outline_faults(robot, world, _NAME)
@@ -127,18 +127,17 @@ _NAME = "R1"
 
 def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator[Fault]:
     """Compare `[body]` with the outline of the model's hull, which collides."""
-    if robot.ros2 is not None:  # a real robot can have another size than the simulated one on which it is based
+    if "ros2" in robot.tables:  # a real robot can have another size than the simulated one on which it is based
         return
     outline = hull_outline(world.model, world.robots[name].hull)
-    for key, declared, along in (("length", robot.length, 0), ("width", robot.width, 1)):
+    for key, declared, along in (("length", robot.body.length, 0), ("width", robot.body.width, 1)):
         places = [point[along] for point in outline]
         size = max(places, default=0.0) - min(places, default=0.0)
         if abs(declared - size) > TOLERANCE * size > 0.0:  # never for NaN
             message = f"{key} is {declared:.3g} m, but the hull of the model has {size:.3g} m"
             harm = "paths lead too near to obstacles." if declared < size else "paths avoid gaps that are wide enough."
-            line, column = robot.position("body", key)
             hint = f'Write {key} = "{size:.3g} m", or correct the geom `hull`.'
-            yield Fault(f"{message}: {harm}", robot.file, line, column, hint, warning=True)
+            yield Fault(f"{message}: {harm}", *place_of(robot, "body", key), hint, warning=True)
 
 
 def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver | None:
@@ -186,7 +185,7 @@ def _registered_faults(robot: RobotSpec) -> Iterator[Fault]:
 
 def _not_isolated(robot: RobotSpec, actuator: ActuatorSpec) -> Iterator[Fault]:
     """Warn of an actuator on hardware that no other process stops, unless the robot follows a simulator's clock."""
-    if not actuator.isolated and not (robot.ros2 is not None and robot.ros2.use_sim_time):
+    if not actuator.isolated and not ("ros2" in robot.tables and robot.tables["ros2"].use_sim_time):
         message = f"nothing sends neutral to '{actuator.name}' if this program hangs, is stopped or killed."
         hint = "Write isolated = true, unless only one program can open the line and it also carries the sensors."
         yield Fault(message, robot.file, actuator.line, hint=hint, warning=True)

@@ -34,7 +34,7 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             build = catalog.load_mission(mission, dialect) if mission and catalog.code else None
         except InputError:
             continue  # reported by the check of the robot, or of the mission
-        environment = Environment.of(knowledge.signals, robot.values)
+        environment = Environment.of(knowledge.signals, robot.constants)
         actions = action_table(*mission_actions(build)) if build else ACTIONS
         yield from examined(entry.path, robot, environment, actions, catalog)
         with suppress(InputError):  # reported by examine_rules
@@ -134,7 +134,7 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     for name in [robot] if robot is not None else users or _any_robot(entry, catalog):
         spec = catalog.load_robot(name)
         signals = _knowledge(spec, catalog).signals
-        environment = Environment.of(signals, {} if robot is None else spec.values)
+        environment = Environment.of(signals, {} if robot is None else spec.constants)
         own = {} if robot is None else thresholds(spec, entry.path)
         rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
         rules, faults = add_test_files(rules, environment, ACTIONS)

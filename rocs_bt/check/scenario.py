@@ -9,7 +9,7 @@ from ..agent import Agent
 from ..base.errors import Fault, collected, located_at
 from ..base.files import read_text
 from ..base.registered import load
-from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
+from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec
 from ..declare import place_of
 from ..expression import Environment
 from ..plan import Plan
@@ -73,7 +73,7 @@ def _slow_sensors(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
     if hz is None or 1.0 / hz <= _SLOW:
         return
     for name, agent in {agent.robot: agent for agent in scenario.agents}.items():
-        locomotion = robot_locomotion(catalog.robot_of(agent).locomotion)
+        locomotion = catalog.robot_of(agent).locomotion
         speed = max(locomotion.axis_limits(axis).max_speed for axis in locomotion.axes if axis != "wz")
         message = (
             f"at {hz:g} Hz, {name} drives up to {speed / hz:.2g} m from one reading of its sensors to the next: "
@@ -98,7 +98,7 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
 def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, built: Agent) -> Iterator[Fault]:
     """Faults of an agent's rules and code, which could be built."""
     robot = catalog.robot_of(agent)
-    environment, actions = Environment.of(built.knowledge.signals, robot.values), built.plan.actions
+    environment, actions = Environment.of(built.knowledge.signals, robot.constants), built.plan.actions
     modes = words_in(catalog.find("mission", agent.mission).path) if agent.mission else None
     period, found = scenario.rate.control_rate.period, list[Rule]()
     for name in agent.rules:

@@ -48,7 +48,7 @@ def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool
         _refuse_unwritable(spec.file, catalog)
     before = read_text(spec.file, raw=True)
     found = identify(spec, catalog)
-    twists = "axes" in spec.locomotion.parameters
+    twists = not spec.motion.wheeled
     text = json.dumps(values_of(found), indent=2, default=values_of)
     echo(text if as_json else "\n".join(_text(found, twists=twists)))
     measured, file = identified_text(spec, found.axes, found.wheels), spec.file.parent / IDENTIFIED

@@ -42,14 +42,6 @@ class Response:
     latency: float = 0.1
     deceleration: Mapping[str, float] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for name in ("delay", "lag", "latency"):
-            if not 0.0 <= (value := getattr(self, name)) < math.inf:
-                raise InputError(f"{name} of a locomotion must be 0 s or more, found {value} s.")
-        for axis, value in self.deceleration.items():
-            if not 0.0 < value < math.inf:
-                raise InputError(f"deceleration of the axis '{axis}' must be a positive number, found {value} m/s2.")
-
     @property
     def late(self) -> float:
         """Time by which the motion is behind a command that ramps [s]: dead time plus time constant."""

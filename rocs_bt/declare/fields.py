@@ -22,7 +22,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 from ..base.errors import Fault, did_you_mean
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
-from .marks import InUnit, Key, Keys, OneOf, Rest, SetByPrograms, TableName, Valid
+from .marks import InUnit, Key, Keys, OneOf, ReadBy, Rest, SetByPrograms, TableName, Valid
 from .open import Open
 
 MISSING = object()
@@ -36,6 +36,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     bool: ("true or false", "flags"),
     int: ("a whole number", "whole numbers"),
 }
+_NO_KEYS = (ReadBy, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
 
 
@@ -46,11 +47,13 @@ class Wrong(NamedTuple):
         key: Key at which the fault is reported; None for the table.
         message: One sentence: what was expected and what was found.
         hint: Advice.
+        of: Object of the table with the key; None for the object that is checked.
     """
 
     key: str | None
     message: str
     hint: str = ""
+    of: Declared | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class Field:
     def is_key(self) -> bool:
         """Whether the value is that of one key of the table."""
         keys = self.mark(Keys)
-        return not (keys and keys.here) and not any(self.mark(kind) for kind in (Rest, SetByPrograms, TableName))
+        return not (keys and keys.here) and not any(self.mark(kind) for kind in _NO_KEYS)
 
     @functools.cached_property
     def is_raw(self) -> bool:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..base.toml_table import Table
+from ..base.units import NONE, Dimension
+
 
 @dataclass(frozen=True)
 class Key:
@@ -84,9 +87,15 @@ class Word:
 
 @dataclass(frozen=True)
 class InUnit:
-    """Mark of numbers with the dimension of the unit that another field names."""
+    """Mark of numbers with the dimension of the unit that another field names.
+
+    Attributes:
+        field: The other field.
+        per: Dimension by which that of the unit is divided, such as a time.
+    """
 
     field: str
+    per: Dimension = NONE
 
 
 @dataclass(frozen=True)
@@ -101,6 +110,17 @@ class Rest:
     keys: tuple[str, ...] = ()
     field: str = ""
     value: str = ""
+
+
+@dataclass(frozen=True)
+class ReadBy:
+    """Mark of a value that a function makes of the table, after all other fields but those with `Rest`.
+
+    Attributes:
+        read: Takes the table and the values of the other fields; asks the table for the keys that it knows.
+    """
+
+    read: Callable[[Table, Mapping[str, Any]], Any]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ..base.python_content import is_reference
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, parse_quantity, parse_unit
 from .fields import Declared, Field, Scope, fields_of
-from .marks import Content, InFile, InUnit, Keys, Kinds, Names, Rest, SetByPrograms, Valid, Word
+from .marks import Content, InFile, InUnit, Keys, Kinds, Names, ReadBy, Rest, SetByPrograms, Valid, Word
 from .open import Open, place_of
 
 D = TypeVar("D", bound=Declared)
@@ -72,7 +72,7 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
         found[each.name] = _Reading(each, table, scope, found).value(kind)
         if len(table.faults) > before:
             within = each.is_table and not each.mark(Keys) and isinstance(table.data.get(each.key), (dict, list))
-            sound = sound and within
+            sound = sound and (within or each.mark(Content) is not None)
     keys = [each for each in fields_of(cls) if kind is not None and each.is_key and kind.has(each)]
     if kind is not None and (lack := [f"'{each.key}'" for each in keys if each.required and each.key not in table]):
         takes = ", ".join(each.key for each in keys)
@@ -85,8 +85,8 @@ def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | No
             made.__post_init__()
         except InputError as error:
             table.adopt(None, error)
-        for key, message, hint in made._check():
-            table.fault(key, message, hint)
+        for key, message, hint, of in made._check():
+            (getattr(of, "_table", None) or table).fault(key, message, hint)
     return cast(D, made._made())
 
 
@@ -196,7 +196,8 @@ def note_twice(table: Table, keys: Iterable[str], what: str, hint: str) -> None:
 @functools.cache
 def _in_order(cls: Any) -> list[Field]:
     """Fields in the order of reading: those that depend on others come after them, an open table last."""
-    return sorted(fields_of(cls), key=lambda each: 2 if each.mark(Rest) else 1 if each.mark(InUnit) else 0)
+    order = {Rest: 3, ReadBy: 2, InUnit: 1}
+    return sorted(fields_of(cls), key=lambda each: next((at for mark, at in order.items() if each.mark(mark)), 0))
 
 
 class _Reading:
@@ -223,6 +224,8 @@ class _Reading:
         each, table = self.field, self.table
         if (rest := each.mark(Rest)) is not None:
             return self._rest(rest)
+        if (by := each.mark(ReadBy)) is not None:
+            return by.read(table, self.done)
         if (keys := each.mark(Keys)) is not None:
             return read(keys.cls, table, self.scope)
         return each.default if each.mark(SetByPrograms) else self._text(str(table.key[-1]) if table.key else "", None)
@@ -357,10 +360,10 @@ class _Reading:
                 return value
         if (names := each.mark(Names)) is not None and value:
             self._named_in(names, value, table, key)
+        if (content := each.mark(Content)) is not None and value and (fault := self.scope.missing(content.kind, value)):
+            table.adopt(key, InputError(fault))
         if each.hint is Path:
             return table.beside(value) if value else None
-        if (content := each.mark(Content)) is not None and value and (fault := self.scope.missing(content.kind, value)):
-            table.fault(key, fault.message, fault.hint)
         return value
 
     def _named_in(self, names: Names, name: str, table: Table, key: str | None) -> None:
@@ -379,7 +382,7 @@ class _Reading:
         of = self.field.mark(Dimension) or NONE
         if in_unit is not None:
             try:
-                of = parse_unit(self.done[in_unit.field]).dimension
+                of = parse_unit(self.done[in_unit.field]).dimension / in_unit.per
             except InputError:
                 return 0.0  # a fault of the unit
         try:

@@ -1,7 +1,7 @@
 """Mock backend: ideal robots without dynamics, in a world of line segments and circles.
 
 world = MockWorld(clock, segments=[((2, -1), (2, 1))])
-robot = MockRobot(world, differential_drive(...), Pose2(0, 0, 0), mounts={"front": Pose2(0.2, 0, 0)})
+robot = MockRobot(world, make_locomotion("differential", ...), Pose2(0, 0, 0), mounts={"front": Pose2(0.2, 0, 0)})
 sonar = make_sensor(robot, "sonar", "range_cone", {"sites": ["front"], "range": [0.1, 1.0]})
 wheels = make_actuator(robot, "wheels", "velocity", {"motors": ["l", "r"], "wheel_radius": 0.1})
 wheels.command([0.3, 0.3])

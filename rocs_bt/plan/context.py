@@ -147,7 +147,7 @@ class MissionContext:
             the scenario and the seed of the run, so that runs are repeatable.
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
         services: Services of packages by name, such as the connection `ros2`; empty in simulation.
-        tables: Tables of packages in robot.toml by name, for checks without a service; None if not declared.
+        tables: Tables of packages in robot.toml by name, for checks without a service.
         motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, or an empty
             text.
 

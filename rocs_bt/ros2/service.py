@@ -35,7 +35,7 @@ class RosBesideRobot:
     """
 
     def __init__(self, place: ServicePlace) -> None:
-        settings = place.robot.ros2 or Ros2Settings()
+        settings = place.robot.tables.get("ros2", Ros2Settings())
         self._place = place
         self._node = shared_node(settings, place.host)
         self._nodes = NodeLink(lambda: self._node, place.notice)
@@ -87,7 +87,7 @@ class RosBesideRobot:
     @staticmethod
     def clock(robots: Sequence[RobotSpec], stack: ExitStack, wait: float, ended: Callable[[], str]) -> WallClock | None:
         """Clock of a simulator, if the `[ros2]` tables have `use_sim_time`; see `HardwareService`."""
-        settings = [robot.ros2 or Ros2Settings() for robot in robots]
+        settings = [robot.tables.get("ros2", Ros2Settings()) for robot in robots]
         if not any(each.use_sim_time for each in settings):
             return None
         if not all(each.use_sim_time for each in settings) or len({each.domain_id for each in settings}) > 1:

@@ -100,7 +100,7 @@ class HardwareDevices:
             self.topics += beside.topics
             self.services.append(beside)
         self.robots[name] = RobotDevices(robot, sensors, gates, rates, links)
-        self.motion[name] = gates[robot.locomotion.actuator]
+        self.motion[name] = gates[robot.motion.actuator]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
 
     def _actuator(self, catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:

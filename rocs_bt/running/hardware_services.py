@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from ..base.clock import WallClock
-from ..base.registered import load
+from ..base.registered import load, registered
 from ..catalog import RobotSpec
 from ..drivers.host import Host
 from ..event import EventSink
@@ -86,4 +86,4 @@ def services_of(robot: RobotSpec) -> dict[str, HardwareService]:
     Raises:
         InputError: One cannot be loaded.
     """
-    return {} if robot.ros2 is None else {"ros2": load("rocs_bt.services", "ros2")}
+    return {name: load("rocs_bt.services", name) for name in robot.tables if name in registered("rocs_bt.services")}

@@ -102,7 +102,7 @@ def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str
 
 def box_body(name: str, robot: RobotSpec) -> BodyInfo:
     """Body of a robot as a box of its length and width; without outline if these are unknown."""
-    x, y = robot.length / 2.0, robot.width / 2.0
+    x, y = robot.body.length / 2.0, robot.body.width / 2.0
     return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
 
 

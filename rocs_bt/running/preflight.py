@@ -264,8 +264,8 @@ def _source(spec: SensorSpec, robot: RobotSpec) -> str:
     given = spec.arguments
     found = next((given[key] for key in _SOURCES if given.get(key)), "")
     names = [str(name) for name in (found if isinstance(found, (list, tuple)) else [found])]
-    if robot.ros2 is not None and spec.driver == ROS2:
-        names = [robot.ros2.topic(name) for name in names]
+    if "ros2" in robot.tables and spec.driver == ROS2:
+        names = [robot.tables["ros2"].topic(name) for name in names]
     return ", ".join(names)
 
 

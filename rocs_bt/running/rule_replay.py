@@ -124,7 +124,7 @@ def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, 
         robot = catalog.load_robot(agent.robot)
     except UnknownName:  # the robot belongs to another project
         return load_rules(file, environment_of(agent), ACTIONS, overrides=own)
-    environment = replace(environment_of(agent), robot=robot.values)
+    environment = replace(environment_of(agent), robot=robot.constants)
     return load_rules(file, environment, ACTIONS, overrides={**thresholds(robot, file), **(own or {})})
 
 

@@ -125,7 +125,7 @@ def search(
             return SearchResult(searched=player.count, warnings=warnings)
         searched = player.count
         robot = keeping.load_robot(found[0].robot)
-        shrinking = Shrinking(player, *found, Footprint(robot.length, robot.width))
+        shrinking = Shrinking(player, *found, Footprint(robot.body.length, robot.body.width))
         shrinking.run()
     return SearchResult(
         sampled[found[0]],

@@ -141,7 +141,7 @@ def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: W
 
 def model_hash(robot: RobotSpec) -> str:
     """SHA-256 over all that the measured motion depends on: the model's files, and driver of the motion actuator."""
-    motion = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
+    motion = robot.mover
     entries = [] if robot.model is None else [make_entry(robot.model, "world", "file")]
     if is_reference(motion.driver):
         entries.append(make_entry(robot.beside(motion.driver.partition(":")[0]), "node", "file"))

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..agent import robot_locomotion
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist3, wrap_angle
 from ..catalog import AgentSpec, CachingCatalog, Catalog, RateSpec, RobotSpec, ScenarioSpec
@@ -111,7 +110,7 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     Raises:
         InputError: The robot has no model, begins inside the floor, does not move along one of its axes, or falls over.
     """
-    locomotion = robot_locomotion(robot.locomotion)
+    locomotion = robot.locomotion
     cached = CachingCatalog(catalog.project, code=catalog.code)  # compiles the model once
 
     def rig() -> _TestRig:
@@ -141,7 +140,7 @@ class _TestRig:
         self._robot = robot
         self._locomotion = locomotion
         self._window = _GAIT_WINDOW if locomotion.kind == "legged" else _WINDOW
-        self._motion = simulated.actuators[_NAME][robot.locomotion.actuator]
+        self._motion = simulated.actuators[_NAME][robot.motion.actuator]
         self._commanded = list(locomotion.rest)
         self._measured_speeds = simulated.wheels.get(_NAME, lambda: self._commanded)
         if "vz" in locomotion.axes:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..agent import RobotDevices, robot_locomotion
+from ..agent import RobotDevices
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, located_at
 from ..base.geometry import Pose2
@@ -141,7 +141,7 @@ def build_world(
         judges={a.name: _judge(scenario, a) for a in scenario.agents},
         goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
         starts=starts,
-        spatial=frozenset(name for name, robot in robots.items() if not robot_locomotion(robot.locomotion).wheels),
+        spatial=frozenset(name for name, robot in robots.items() if not robot.locomotion.wheels),
         states={each.name: each.states for each in objects},
     )
 
@@ -176,9 +176,8 @@ def _add_odometer(
     dead = [each for each in sensors.values() if isinstance(each, PoseSensor) and each.given.odometry]
     if not dead:
         return
-    locomotion = robot_locomotion(robot.locomotion)
-    actuator = next(each for each in robot.actuators if each.name == robot.locomotion.actuator)
-    motors = {key: value for key, value in actuator.arguments.items() if key in ENCODED}
+    locomotion = robot.locomotion
+    motors = {key: value for key, value in robot.mover.arguments.items() if key in ENCODED}
     travel = None
     if locomotion.wheels and "motors" in motors:
         travel = make_sensor(world, name, ODOMETER, "wheel_travel", {**motors, "counts": COUNTS}).sample
@@ -247,9 +246,9 @@ def _compose(
     model = catalog.cached(key, compiled)
     world = MujocoWorld(model, list(robots), clock)
     for name, spec in robots.items():
-        if spec.ground_contact is not None:
+        if spec.body.ground_contact is not None:
             with located_at(spec.file):
-                world.allow_ground_contact(name, spec.ground_contact)
+                world.allow_ground_contact(name, spec.body.ground_contact)
     return world, robots, actual
 
 
@@ -287,8 +286,8 @@ def _actuator(
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
     if isinstance(device, MujocoActuator) and device.has_loop:
         world.attach(partial(gate.run, device.before_step))
-    if spec.name == robot.locomotion.actuator:
-        wheeled = bool(robot_locomotion(robot.locomotion).wheels)
+    if spec.name == robot.motion.actuator:
+        wheeled = bool(robot.locomotion.wheels)
         if not isinstance(device, Velocity):  # the world knows the commands of velocity motors
             world.watch_motion(owner, gate)
         if hasattr(device, "measured") and wheeled:
@@ -307,13 +306,13 @@ def _actors(
     actors = []
     for actor in (m for m in scenario.actors if m.robot):
         robot = robots[actor.name]
-        spec = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
+        spec = robot.mover
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
         with located_at(scenario.file, place_of(actor).line):
             made = make_scripted_robot(
                 actor,
                 world=world,
-                locomotion=robot_locomotion(robot.locomotion),
+                locomotion=robot.locomotion,
                 motion=gate,
                 rng=stream(scenario.name, seed, actor.name, actor.script),
             )

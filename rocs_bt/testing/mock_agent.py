@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent, robot_locomotion
+from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..agent.wiring import LoadClass
 from ..base.clock import Clock, Rate
 from ..base.geometry import Pose2
@@ -64,7 +64,7 @@ def mock_devices(
     Raises:
         InputError: A driver has no mock, or does not accept its parameters.
     """
-    world, locomotion = MockWorld(clock), robot_locomotion(spec.locomotion)
+    world, locomotion = MockWorld(clock), spec.locomotion
     mounts = {
         site: Pose2(0.0, 0.0, math.tau * i / len(s.parameters.sites))
         for s in spec.sensors

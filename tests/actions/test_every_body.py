@@ -20,18 +20,17 @@ from rocs_bt.actions import (
     TurnTo,
 )
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.control.locomotion import AxisLimits
-from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, make_locomotion
+from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, Axis, TurnAxis, make_locomotion
 from rocs_bt.event import ActuatorCommanded, AtomicStarted
 from rocs_bt.interfaces.action import Progress
 from rocs_bt.interfaces.pipeline import TicketState
 
 WHEELS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 AXES = {
-    "vx": AxisLimits(0.8, 1.0),
-    "vy": AxisLimits(0.4, 0.8),
-    "vz": AxisLimits(0.5, 0.8),
-    "wz": AxisLimits(1.6, 4.0),
+    "vx": Axis(max_speed=0.8, max_acceleration=1.0),
+    "vy": Axis(max_speed=0.4, max_acceleration=0.8),
+    "vz": Axis(max_speed=0.5, max_acceleration=0.8),
+    "wz": TurnAxis(max_speed=1.6, max_acceleration=4.0),
 }
 PARAMETERS = {
     "differential": {"wheel_separation": 0.331, **WHEELS},
@@ -39,9 +38,9 @@ PARAMETERS = {
     "tracked": {"effective_wheel_separation": 0.55, "icr_offset": 0.02, **WHEELS},
     "omni3": {"base_radius": 0.18, **WHEELS},
     "mecanum": {"half_length": 0.2, "half_width": 0.2, **WHEELS},
-    "twist": {"axes": {axis: AXES[axis] for axis in ("vx", "wz")}},
-    "legged": {"axes": {axis: AXES[axis] for axis in ("vx", "vy", "wz")}},
-    "flying": {"axes": AXES},
+    "twist": {axis: AXES[axis] for axis in ("vx", "wz")},
+    "legged": {axis: AXES[axis] for axis in ("vx", "vy", "wz")},
+    "flying": AXES,
 }
 
 

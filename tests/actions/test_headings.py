@@ -12,8 +12,7 @@ from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.follower import Follower
-from rocs_bt.control.locomotion import AxisLimits, Response
-from rocs_bt.control.locomotion_kinds import differential_drive, mecanum_drive, twist_body
+from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.interfaces.action import Reason, make_action, misfits_of
@@ -24,14 +23,19 @@ from rocs_bt.knowledge import Knowledge, Movers, OccupancyGrid
 
 PERIOD = 0.05
 LIMITS = {"max_wheel_speed": 0.8, "max_wheel_acceleration": 1.5}
-AXES = {"vx": AxisLimits(0.8, 1.0), "vy": AxisLimits(0.6, 1.0), "vz": AxisLimits(0.5, 0.8), "wz": AxisLimits(1.5, 3.0)}
+AXES = {
+    "vx": Axis(max_speed=0.8, max_acceleration=1.0),
+    "vy": Axis(max_speed=0.6, max_acceleration=1.0),
+    "vz": Axis(max_speed=0.5, max_acceleration=0.8),
+    "wz": TurnAxis(max_speed=1.5, max_acceleration=3.0),
+}
 WALKING = {axis: limits for axis, limits in AXES.items() if axis != "vz"}
 BODIES = {
-    "differential": differential_drive(wheel_separation=0.33, **LIMITS),
-    "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
-    "flying": twist_body("flying", axes=AXES, response=Response(lag=0.15)),
-    "steady": twist_body("legged", axes=WALKING),
-    "swaying": twist_body("legged", axes=WALKING, sway=0.03),
+    "differential": make_locomotion("differential", wheel_separation=0.33, **LIMITS),
+    "mecanum": make_locomotion("mecanum", half_length=0.22, half_width=0.2, **LIMITS),
+    "flying": make_locomotion("flying", lag=0.15, **AXES),
+    "steady": make_locomotion("legged", **WALKING),
+    "swaying": make_locomotion("legged", sway=0.03, **WALKING),
 }
 FOLLOWERS = {kind: Follower(locomotion) for kind, locomotion in BODIES.items()}
 

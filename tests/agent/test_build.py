@@ -90,7 +90,7 @@ def test_only_the_wires_of_the_architecture_can_be_laid(p3dx):
 def test_a_mission_knows_why_the_gate_of_the_locomotion_is_held(p3dx):
     missions = []
     _, stage = build(p3dx, build=lambda mission: missions.append(mission) or mission.act("Stop"))
-    stage.actuators[p3dx.locomotion.actuator].hold("emergency stop")
+    stage.actuators[p3dx.motion.actuator].hold("emergency stop")
     assert [mission.motion_held() for mission in missions] == ["emergency stop"]
-    stage.actuators[p3dx.locomotion.actuator].release()
+    stage.actuators[p3dx.motion.actuator].release()
     assert [mission.motion_held() for mission in missions] == [""]

@@ -56,7 +56,7 @@ def test_a_wrong_one_is_told_in_the_robots_file(project, tmp_path):
         agent_of(project("1 s"))
     catalog = project(robot='[rules.ownn]\nnear = "{}"\n')
     found = [str(f) for f in check_content([catalog.find("robot", "rover").path]).faults]
-    assert any("robot.toml:5" in f and "no rule file is named 'ownn'. Did you mean 'own'?" in f for f in found), found
+    assert any("robot.toml:4:1" in f and "no rule file is named 'ownn'. Did you mean 'own'?" in f for f in found), found
 
 
 def test_the_mode_is_the_agents_own_nodes(project):

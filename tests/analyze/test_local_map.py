@@ -11,7 +11,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
-from rocs_bt.control.locomotion_kinds import skid_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.event import ListSink, MapChanged
 from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge, Movers
@@ -154,7 +154,7 @@ def test_contact_comes_sooner_where_a_turn_skids_towards_it():
     beside = Pose2(WALL - 0.25, 0.0, 0.5 * math.pi)
     bench, skidding = Bench(), Bench()
     limits = {"effective_wheel_separation": 0.5, "max_wheel_speed": 2.0, "max_wheel_acceleration": 2.0}
-    skidding.knowledge.robot.locomotion = skid_drive(icr_offset=0.3, **limits)
+    skidding.knowledge.robot.locomotion = make_locomotion("skid", icr_offset=0.3, **limits)
     rolls, skids = (each.look(beside, speed=1.0, turn=0.5) for each in (bench, skidding))
     assert skids < rolls
 

@@ -9,8 +9,8 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Twist2
 from rocs_bt.base.units import LENGTH
-from rocs_bt.catalog import Catalog, load_robot, robot_locomotion
-from rocs_bt.control.locomotion import Response
+from rocs_bt.catalog import Catalog, load_robot
+from rocs_bt.control.locomotion_kinds import Differential
 from rocs_bt.declare import positions_of
 from rocs_bt.interfaces.safety import Landing, Limits
 
@@ -34,13 +34,10 @@ def scenario_file(project):
 
 def test_a_robot_is_read_in_si_units(robot_file):
     robot = load_robot(robot_file)
-    assert (robot.name, robot.length, robot.width) == ("bot", 0.4, 0.4)
-    assert robot.locomotion.parameters == {
-        "wheel_separation": 0.331,
-        "max_wheel_speed": 1.2,
-        "max_wheel_acceleration": 1.5,
-        "response": Response(),
-    }
+    assert (robot.name, robot.body.length, robot.body.width) == ("bot", 0.4, 0.4)
+    assert robot.motion == Differential(
+        kind="differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5
+    )
     sonar, position = robot.sensors
     assert sonar.arguments == {
         "sites": ("sonar0", "sonar1"),
@@ -70,12 +67,7 @@ def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_f
         'wheel_radius = "9.75 cm"\nmax_change = "4 m/s2"\nmax_acceleration = "3 m/s2"',
     )
     robot = load_robot(robot_file)
-    assert robot.locomotion.parameters == {
-        "wheel_separation": 0.331,
-        "max_wheel_speed": 1.2,
-        "max_wheel_acceleration": 3.0,
-        "response": Response(),
-    }
+    assert (robot.motion.max_wheel_speed, robot.motion.max_wheel_acceleration) == (1.2, 3.0)
     assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
 
 
@@ -173,7 +165,7 @@ def body_without_wheels(file, locomotion=LEGGED, actuator='max_command_age = "0.
 
 def test_a_body_that_accepts_twists_has_the_axes_with_a_table(robot_file):
     robot = body_without_wheels(robot_file)
-    made = robot_locomotion(robot.locomotion)
+    made = robot.locomotion
     assert (made.wheels, made.values, made.axes) == ((), ("vx", "vy", "wz"), ("vx", "vy", "wz"))
     assert made.max_speed == pytest.approx([0.5, 0.2, math.pi / 3.0])
     assert (made.response.lag, made.response.latency, made.neutral) == (0.2, 0.4, "stand")
@@ -190,14 +182,14 @@ def test_a_flying_body_lands(robot_file):
     flying = LEGGED.replace('"legged"', '"flying"\nland_after = "9 s"') + up
     robot = body_without_wheels(robot_file, flying)
     assert robot.actuators[0].landing == Landing(9.0, (0.0, 0.0, -0.2, 0.0))
-    assert robot_locomotion(robot.locomotion).neutral == "hover"
+    assert robot.locomotion.neutral == "hover"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[locomotion.wz]", "[locomotion.wx]", r"unknown key 'wx'.*Did you mean 'w?[vw]?z'|needs the axis 'wz'"),
-        ('"legged"', '"flying"', r"a 'flying' locomotion needs the axis 'vz'"),
+        ("[locomotion.wz]", "[locomotion.wx]", r"needs 'wz'(.|\n)*unknown key 'wx'"),
+        ('"legged"', '"flying"', r"the locomotion 'flying' needs 'vz'"),
         ('"legged"', '"twist"\nsway = "2 cm"', r"unknown key 'sway'"),
     ],
 )

@@ -72,7 +72,7 @@ def change(file: Path, old: str, new: str) -> None:
 def test_a_robot_is_its_base_but_for_what_it_says(based: Path) -> None:
     bot, other = (Catalog(based).load_robot(name) for name in ("bot", "other"))
     assert (other.name, other.doc) == ("other", "A bot that differs.")
-    assert other.locomotion.parameters == {**bot.locomotion.parameters, "wheel_separation": pytest.approx(0.4)}
+    assert other.motion == replaced(bot.motion, wheel_separation=0.4)
     assert [s.name for s in other.sensors] == [*(s.name for s in bot.sensors), "heading"]
     assert other.sensors[0].parameters == replaced(bot.sensors[0].parameters, rays=3)
     assert other.monitors[0].parameters == bot.monitors[0].parameters
@@ -148,10 +148,10 @@ def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
     catalog = Catalog(based)
     third = catalog.load_robot("third")
     assert [file.parent.name for file in third.bases] == ["other", "bot"]
-    assert third.locomotion.parameters["wheel_separation"] == pytest.approx(0.4)
-    assert catalog.load_robot("own_p3dx").sensors == tuple(
-        type(s)(**{**vars(s), "line": 2}) for s in catalog.load_robot("pioneer_p3dx").sensors
-    )
+    assert third.motion.wheel_separation == pytest.approx(0.4)
+    own = catalog.load_robot("own_p3dx").sensors
+    assert own == catalog.load_robot("pioneer_p3dx").sensors
+    assert {sensor.line for sensor in own} == {2}
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -44,7 +43,7 @@ def test_what_the_agent_knows_never_changes(robot: str) -> None:
             found = each.of(spec)
         except InputError:
             continue
-        same = replace(found, sensors=spec.sensors, actuators=spec.actuators, variant=spec.variant)
+        same = replaced(found, sensors=spec.sensors, actuators=spec.actuators, variant=spec.variant)
         assert same == spec
         assert found != spec
         assert [s.size for s in found.sensors] == [s.size for s in spec.sensors]

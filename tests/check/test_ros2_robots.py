@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, check_scenario
+from rocs_bt.declare import replaced
 from rocs_bt.ros2.devices.check import ros2_faults
 from rocs_bt.ros2.messages.topics import TOPICS
 
@@ -61,8 +61,8 @@ def test_a_sensor_of_each_type_that_has_a_short_form_is_checked(tmp_path: Path) 
     sensor = robot.sensors[0]
     for name, topic in TOPICS.items():
         for take in topic.sizes:
-            each = replace(sensor, driver="ros2", parameters={"type": name, "take": take, "topic": "a"})
-            for fault in ros2_faults(replace(robot, sensors=(each,))):
+            each = replaced(sensor, driver="ros2", parameters={"type": name, "take": take, "topic": "a"})
+            for fault in ros2_faults(replaced(robot, sensors=(each,))):
                 assert "need" in fault.message, (name, take, fault)  # a key of this type
 
 

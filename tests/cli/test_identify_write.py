@@ -102,7 +102,7 @@ def test_the_changed_lines_are_shown_and_the_others_stay(late: Path, capsys: pyt
         "latency",
     ]
     assert "needs no correction" in said(capsys, "identify", "late", "--write")
-    response = Catalog(late.parents[2]).load_robot("late").locomotion.parameters["response"]
+    response = Catalog(late.parents[2]).load_robot("late").locomotion.response
     assert (response.delay, response.lag, response.latency) == (0.401, 0.0125, 0.451)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -68,7 +66,7 @@ class _QuietCatalog(Catalog):
 
     def load_robot(self, name):
         robot = super().load_robot(name)
-        return dataclasses.replace(robot, sensors=tuple(dataclasses.replace(s, noise=0.0) for s in robot.sensors))
+        return replaced(robot, sensors=tuple(replaced(s, noise=0.0) for s in robot.sensors))
 
 
 def test_the_streams_draw_the_same_number_of_times_whatever_the_planner_does():

@@ -139,10 +139,8 @@ def build(mission):
 def limited_robot(name):
     """A shipped robot whose wheels also have a limit of change."""
     robot = LOAD(CATALOG, name)
-    actuators = tuple(
-        dataclasses.replace(a, limits=dataclasses.replace(a.limits, max_change=CHANGE)) for a in robot.actuators
-    )
-    return dataclasses.replace(robot, actuators=actuators)
+    actuators = tuple(replaced(a, limits=dataclasses.replace(a.limits, max_change=CHANGE)) for a in robot.actuators)
+    return replaced(robot, actuators=actuators)
 
 
 def assert_held(log, limits, period, mode):

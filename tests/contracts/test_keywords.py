@@ -10,15 +10,7 @@ import rocs_bt
 from rocs_bt import InputError, Pose2, RunOptions
 from rocs_bt.base.errors import RocsError, UnknownName
 from rocs_bt.catalog import Catalog
-from rocs_bt.control.locomotion_kinds import (
-    differential_drive,
-    make_locomotion,
-    mecanum_drive,
-    omni3_drive,
-    skid_drive,
-    tracked_drive,
-    twist_body,
-)
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import replaced
 from rocs_bt.running import Run
 from rocs_bt.testing.missions import play
@@ -60,12 +52,6 @@ FUNCTIONS = {
     "add": lambda agent, **wrong: agent.knowledge.graph.add("p", "place", **wrong),
     "set": lambda agent, **wrong: agent.knowledge.graph.set("goal", **wrong),
     "relate": lambda agent, **wrong: agent.knowledge.graph.relate("goal", "near", "goal", **wrong),
-    "differential_drive": lambda agent, **wrong: differential_drive(wheel_separation=0.3, **WHEELS, **wrong),
-    "skid_drive": lambda agent, **wrong: skid_drive(effective_wheel_separation=0.3, **WHEELS, **wrong),
-    "tracked_drive": lambda agent, **wrong: tracked_drive(effective_wheel_separation=0.3, **WHEELS, **wrong),
-    "mecanum_drive": lambda agent, **wrong: mecanum_drive(half_length=0.3, half_width=0.2, **WHEELS, **wrong),
-    "omni3_drive": lambda agent, **wrong: omni3_drive(base_radius=0.3, **WHEELS, **wrong),
-    "twist_body": lambda agent, **wrong: twist_body(axes={}, **wrong),
     "make_locomotion": lambda agent, **wrong: make_locomotion("differential", wheel_separation=0.3, **WHEELS, **wrong),
 }
 # Inside the house, or a value that a query need not use.

@@ -69,7 +69,7 @@ def test_a_robot_on_hardware_differs_from_a_simulated_one_only_in_its_drivers_an
     spec = CATALOG.load_robot(robot)
     base = CATALOG.load_robot(spec.bases[0].parent.name)
     assert base.name not in HARDWARE
-    assert spec.ros2 is not None
+    assert "ros2" in spec.tables
     blocks = [[(b.name, b.cls, b.parameters) for b in (*of.monitors, *of.analyzers)] for of in (spec, base)]
     assert blocks[0] == blocks[1]
     assert [(s.name, s.signal, s.monitor, s.rate) for s in spec.sensors] == [

@@ -15,8 +15,8 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.heading import NEAR, blended_yaws, toward
-from rocs_bt.control.locomotion import Locomotion, Response
-from rocs_bt.control.locomotion_kinds import mecanum_drive
+from rocs_bt.control.locomotion import Locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import REACH, Path
 from rocs_bt.control.profile import BRAKES, speed_profile
 from rocs_bt.control.reference import PathReference
@@ -30,12 +30,13 @@ angles = st.floats(-3.1, 3.1)
 
 
 def mecanum(max_wheel_speed: float = 1.2) -> Locomotion:
-    return mecanum_drive(
+    return make_locomotion(
+        "mecanum",
         half_length=0.22,
         half_width=0.2,
         max_wheel_speed=max_wheel_speed,
         max_wheel_acceleration=1.5,
-        response=Response(lag=0.04),
+        lag=0.04,
     )
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.base.geometry import Twist2, Twist3
-from rocs_bt.control.locomotion import AxisLimits, Locomotion
-from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, differential_drive, make_locomotion, mecanum_drive, skid_drive
+from rocs_bt.control.locomotion import Locomotion
+from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, Axis, TurnAxis, make_locomotion
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 NUMBERS = {
@@ -20,11 +20,16 @@ NUMBERS = {
     "mecanum": {"half_length": 0.22, "half_width": 0.2, **LIMITS},
     "omni3": {"base_radius": 0.2, **LIMITS},
 }
-FORWARD, SIDEWAYS, UP, TURN = AxisLimits(0.8, 1.0), AxisLimits(0.5, 0.7), AxisLimits(0.4, 0.5), AxisLimits(1.5, 3.0)
+FORWARD, SIDEWAYS, UP, TURN = (
+    Axis(max_speed=0.8, max_acceleration=1.0),
+    Axis(max_speed=0.5, max_acceleration=0.7),
+    Axis(max_speed=0.4, max_acceleration=0.5),
+    TurnAxis(max_speed=1.5, max_acceleration=3.0),
+)
 NUMBERS |= {
-    "twist": {"axes": {"vx": FORWARD, "wz": TURN}},
-    "legged": {"axes": {"vx": FORWARD, "vy": SIDEWAYS, "wz": TURN}},
-    "flying": {"axes": {"vx": FORWARD, "vy": SIDEWAYS, "vz": UP, "wz": TURN}},
+    "twist": {"vx": FORWARD, "wz": TURN},
+    "legged": {"vx": FORWARD, "vy": SIDEWAYS, "wz": TURN},
+    "flying": {"vx": FORWARD, "vy": SIDEWAYS, "vz": UP, "wz": TURN},
 }
 drives = st.sampled_from(sorted(NUMBERS)).map(lambda kind: make_locomotion(kind, **NUMBERS[kind]))
 speeds = st.floats(-3.0, 3.0)
@@ -87,7 +92,7 @@ def test_a_left_turn_runs_the_right_wheels_forward() -> None:
 def test_about_its_pivot_a_skid_drive_turns_and_what_is_asked_for_is_made(
     icr_offset: float, forward: float, turn: float
 ) -> None:
-    drive = skid_drive(effective_wheel_separation=1.0, icr_offset=icr_offset, **LIMITS)
+    drive = make_locomotion("skid", effective_wheel_separation=1.0, icr_offset=icr_offset, **LIMITS)
     made = drive.twist(drive.command(Twist2(forward, turn)))
     assert made.forward == pytest.approx(forward, abs=1e-9)
     assert made.turn == pytest.approx(turn, abs=1e-9)
@@ -95,7 +100,7 @@ def test_about_its_pivot_a_skid_drive_turns_and_what_is_asked_for_is_made(
 
 
 def test_a_mecanum_drive_goes_left_on_crossed_wheels() -> None:
-    mecanum = mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS)
+    mecanum = make_locomotion("mecanum", half_length=0.22, half_width=0.2, **LIMITS)
     assert mecanum.command(Twist2(0.0, left=0.5)) == pytest.approx([-0.5, 0.5, 0.5, -0.5])
 
 
@@ -122,7 +127,7 @@ def test_three_wheels_roll_as_fast_as_their_places_move_along_them(direction: fl
 
 
 def test_limits_of_the_body_follow_from_those_of_the_wheels() -> None:
-    drive = differential_drive(wheel_separation=0.4, **LIMITS)
+    drive = make_locomotion("differential", wheel_separation=0.4, **LIMITS)
     assert drive.speed_limit == pytest.approx(1.2)
     assert drive.turn_limit == pytest.approx(6.0)
     assert drive.arm == pytest.approx(0.2)
@@ -136,18 +141,20 @@ def test_an_unknown_kind_lists_what_exists() -> None:
 
 
 def test_wrong_numbers_are_named() -> None:
-    with pytest.raises(InputError, match=r"takes wheel_separation, .*found effective_wheel_separation"):
-        make_locomotion("differential", effective_wheel_separation=0.3, **LIMITS)
-    with pytest.raises(InputError, match=r"takes wheel_separation, .*found .*icr_offset"):
-        make_locomotion("differential", wheel_separation=0.3, icr_offset=0.1, **LIMITS)
-    with pytest.raises(InputError, match="icr_offset of a 'skid' drive must be a number, found inf"):
-        skid_drive(effective_wheel_separation=1.0, icr_offset=float("inf"), **LIMITS)
     with pytest.raises(
-        InputError, match="wheel_separation of a 'differential' drive must be a positive number, found 0"
+        InputError, match=r"no parameter of .* 'effective_wheel_separation'(.|\n)*needs wheel_separation"
     ):
-        differential_drive(wheel_separation=0.0, **LIMITS)
+        make_locomotion("differential", effective_wheel_separation=0.3, **LIMITS)
+    with pytest.raises(InputError, match=r"is named 'icr_offset'"):
+        make_locomotion("differential", wheel_separation=0.3, icr_offset=0.1, **LIMITS)
+    with pytest.raises(InputError, match="icr_offset of the locomotion 'skid' must be finite, found inf"):
+        make_locomotion("skid", effective_wheel_separation=1.0, icr_offset=float("inf"), **LIMITS)
+    with pytest.raises(InputError, match=r"wheel_separation of .* must be positive, found 0"):
+        make_locomotion("differential", wheel_separation=0.0, **LIMITS)
     with pytest.raises(InputError, match="max_wheel_speed"):
-        skid_drive(effective_wheel_separation=1.0, max_wheel_speed=float("nan"), max_wheel_acceleration=1.0)
+        make_locomotion(
+            "skid", effective_wheel_separation=1.0, max_wheel_speed=float("nan"), max_wheel_acceleration=1.0
+        )
 
 
 def test_matrices_that_do_not_fit_are_refused() -> None:
@@ -182,7 +189,9 @@ def test_a_body_that_climbs_stops_by_its_own_limit() -> None:
 
 
 def test_curves_need_speed_and_acceleration_of_the_turn() -> None:
-    made = make_locomotion("legged", axes={"vx": AxisLimits(0.6, 1.0), "wz": AxisLimits(2.0, 1.0)})
+    made = make_locomotion(
+        "legged", vx=Axis(max_speed=0.6, max_acceleration=1.0), wz=TurnAxis(max_speed=2.0, max_acceleration=1.0)
+    )
     speed, acceleration = made.curve_factors(np.array([0.0, 2.0]))
     assert speed.tolist() == [1.0, 1.0]
     assert acceleration.tolist() == [1.0, 2.0]  # 1 m/s2 along a curve of 0.5 m turns at 2 rad/s2

@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import CRAWL, speed_profile
 
-DRIVE = differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 polylines = st.lists(st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)), min_size=1, max_size=6)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.locomotion import Locomotion
-from rocs_bt.control.locomotion_kinds import skid_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
@@ -142,8 +142,8 @@ def test_half_way_round_a_turn_goes_on_in_its_direction() -> None:
 
 def test_a_turn_on_the_spot_leaves_the_pivot_where_it_is_and_asks_for_what_the_drive_then_does() -> None:
     icr_offset, pose = 0.2, Pose2(1.0, 2.0, 0.5)
-    skidding = skid_drive(
-        effective_wheel_separation=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.0, icr_offset=icr_offset
+    skidding = make_locomotion(
+        "skid", effective_wheel_separation=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.0, icr_offset=icr_offset
     )
     back = Path.line((1.0, 2.0), (1.0 - math.cos(0.5), 2.0 - math.sin(0.5)))
     along = PathReference(back, speed_profile(back, skidding, cruise=0.5), icr_offset=icr_offset)
@@ -164,9 +164,9 @@ def test_a_profile_of_another_path_is_refused(drive: Locomotion) -> None:
 
 
 def _drive() -> Locomotion:
-    from rocs_bt.control.locomotion_kinds import differential_drive
+    from rocs_bt.control.locomotion_kinds import make_locomotion
 
-    return differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+    return make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=2, max_size=8), st.floats(-3.0, 3.0))

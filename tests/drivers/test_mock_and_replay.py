@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError, UnknownName
 from rocs_bt.base.geometry import Pose2, Twist2
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import checked
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock
 from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
@@ -22,7 +22,7 @@ from rocs_bt.drivers.replay import ReplayActuator, replay_sensors
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.interfaces.safety import Limits, SafetyGate
 
-DRIVE = differential_drive(wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+DRIVE = make_locomotion("differential", wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}
 speeds = st.floats(-1.0, 1.0)
 

@@ -11,7 +11,6 @@ import pytest
 from rocs_bt.base.errors import DeviceError, InputError, UnknownName
 from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Actuator
@@ -47,7 +46,7 @@ def test_it_follows_its_kinematics(
 ) -> None:
     world = make_world(step=step)
     settle(world, wheels_of(world, p3dx), speeds)
-    wanted = make_locomotion(p3dx.locomotion.kind, **p3dx.locomotion.parameters).twist(np.array(speeds))
+    wanted = p3dx.locomotion.twist(np.array(speeds))
     before, path, turned, period = world.pose("R2"), 0.0, 0.0, 10 * step
     for _ in range(40):
         world.advance(10)

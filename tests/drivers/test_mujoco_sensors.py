@@ -18,8 +18,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Pose3
 from rocs_bt.base.units import Metres
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.control.locomotion import AxisLimits
-from rocs_bt.control.locomotion_kinds import make_locomotion
+from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import (
@@ -78,7 +77,7 @@ def test_the_mock_sees_what_mujoco_sees(
     post_world.place("R2", pose)
     mounts = {f"sonar{i}": Pose2(b.x, b.y, b.yaw) for i, b in enumerate(post_sonar.beams())}
     mock = MockWorld(post_world.clock, circles=[((1.0, 0.2), 0.05)])
-    robot = MockRobot(mock, make_locomotion(p3dx.locomotion.kind, **p3dx.locomotion.parameters), pose, mounts)
+    robot = MockRobot(mock, p3dx.locomotion, pose, mounts)
     parameters = next(s for s in p3dx.sensors if s.name == "sonar").arguments
     seen = make_mock_sensor(robot, "sonar", "range_cone", parameters).read().values
     # Grazing rays may differ: a cylinder is an ideal one in both, but rounding decides on its edge.
@@ -196,8 +195,9 @@ def test_noise_of_a_twist_sensor(make_world: MakeWorld) -> None:
 
 
 def test_a_mock_robot_measures_its_commanded_twist() -> None:
-    limits = {axis: AxisLimits(1.0, 1.0) for axis in ("vx", "vy", "vz", "wz")}
-    robot = MockRobot(MockWorld(SimulatedClock(0.05)), make_locomotion("flying", axes=limits), Pose2(0.0, 0.0))
+    limits = {axis: Axis(max_speed=1.0, max_acceleration=1.0) for axis in ("vx", "vy", "vz")}
+    limits["wz"] = TurnAxis(max_speed=1.0, max_acceleration=1.0)
+    robot = MockRobot(MockWorld(SimulatedClock(0.05)), make_locomotion("flying", **limits), Pose2(0.0, 0.0))
     robot.motion = [0.1, 0.2, 0.3, 0.4]
     assert make_mock_sensor(robot, "twist", "twist", {}).read().values == [0.1, 0.2, 0.3, 0.4]
     noisy = make_mock_sensor(robot, "twist", "twist", {"speed_noise": 0.1}).read().values

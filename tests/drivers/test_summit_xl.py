@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.catalog import RobotSpec, load_robot, robot_locomotion
+from rocs_bt.catalog import RobotSpec, load_robot
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
 from rocs_bt.interfaces.device import Actuator
 
@@ -74,7 +74,7 @@ def test_it_turns_as_coulomb_friction_says_and_does_not_chatter(
     rate = world.twist("R3").turn
     assert rate / ((true[1] - true[0]) / TRACK) == pytest.approx(SLIP, rel=0.03)
     assert 0.45 * 0.97 <= rate / ((true[1] - true[0]) / TRACK) <= 0.456 * 1.03
-    assert robot_locomotion(summit.locomotion).twist(np.array(true)).turn == pytest.approx(rate, rel=0.01)
+    assert summit.locomotion.twist(np.array(true)).turn == pytest.approx(rate, rel=0.01)
     assert forces.mean() == pytest.approx(WEIGHT, rel=0.01)
     assert forces.std() < 0.01 * WEIGHT
     assert world.data.ncon == 4

@@ -108,4 +108,4 @@ def test_a_jump_of_the_height_is_invalid_in_a_continuous_frame(frame):
 def test_the_driver_tells_the_frame(driver, parameters, frame):
     declared = declared_parameters(driver, "sensor")
     given = Open(parameters) if declared is None else declared(**parameters)
-    assert SensorSpec("position", driver, "pose", "pose", parameters=given).frame == frame
+    assert SensorSpec(name="position", driver=driver, monitor="pose", parameters=given).frame == frame

@@ -12,8 +12,8 @@ from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError, WiringError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.signal import Signal
-from rocs_bt.control.locomotion import AxisLimits, Response
-from rocs_bt.control.locomotion_kinds import make_locomotion, twist_body
+from rocs_bt.control.locomotion import Response
+from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.interfaces.device import Reading, Sensor
@@ -247,15 +247,15 @@ def test_a_measured_deceleration_takes_the_place_of_the_drives(robot):
     assert robot.read("stop_distance") == pytest.approx([0.6 * 0.05 + 0.6**2 / 6.0])
 
 
-@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": {"vx": 0.0}}, {"latency": math.nan}])
+@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": 0.0}, {"latency": math.nan}])
 def test_bodies_that_cannot_brake_are_refused(wrong):
     with pytest.raises(InputError, match=r"(latency|deceleration) of"):
-        Response(**wrong)
+        make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0, **wrong)
 
 
 def test_a_body_without_wheels_has_no_wheel_monitor(robot):
-    limits = AxisLimits(1.0, 1.0)
-    robot.knowledge.robot.locomotion = twist_body(axes={"vx": limits, "wz": limits})
+    axes = {"vx": Axis(max_speed=1.0, max_acceleration=1.0), "wz": TurnAxis(max_speed=1.0, max_acceleration=1.0)}
+    robot.knowledge.robot.locomotion = make_locomotion("twist", **axes)
     with pytest.raises(InputError, match="a 'twist' locomotion has no wheels"):
         robot.watch(WheelMonitor, robot.sensor("wheels", 2))
 

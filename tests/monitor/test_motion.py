@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Twist2
-from rocs_bt.control.locomotion import AxisLimits, Response
-from rocs_bt.control.locomotion_kinds import make_locomotion
+from rocs_bt.control.locomotion_kinds import Axis, Braking, TurnAxis, make_locomotion
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
@@ -22,15 +21,14 @@ from rocs_bt.monitor import MonitoredSensor, MotionMonitor, RangeMonitor, ScanMo
 from rocs_bt.monitor.course import course_range
 
 LIMITS = {"max_wheel_speed": 1.0, "max_wheel_acceleration": 1.0}
-RESPONSE = Response(latency=0.1, deceleration={"vx": 2.0, "vy": 1.0, "vz": 4.0})
-MECANUM = {"kind": "mecanum", "half_length": 0.1, "half_width": 0.1, "response": RESPONSE, **LIMITS}
-WHEELS = {"kind": "differential", "wheel_separation": 0.3, "response": RESPONSE, **LIMITS}
-FLYING = {
-    "kind": "flying",
-    "axes": {axis: AxisLimits(1.0, 1.0) for axis in ("vx", "vy", "vz", "wz")},
-    "response": RESPONSE,
-}
-LEGGED = {"kind": "legged", "axes": {axis: AxisLimits(1.0, 1.0) for axis in ("vx", "wz")}, "response": RESPONSE}
+BRAKING = {"vx": 2.0, "vy": 1.0, "vz": 4.0}
+AXES = {axis: Axis(max_speed=1.0, max_acceleration=1.0, deceleration=each) for axis, each in BRAKING.items()}
+AXES["wz"] = TurnAxis(max_speed=1.0, max_acceleration=1.0)
+WHEELS = {"kind": "differential", "wheel_separation": 0.3, "vx": Braking(deceleration=2.0), **LIMITS}
+MECANUM = {"kind": "mecanum", "half_length": 0.1, "half_width": 0.1, **LIMITS}
+MECANUM |= {axis: Braking(deceleration=BRAKING[axis]) for axis in ("vx", "vy")}
+FLYING = {"kind": "flying", **AXES}
+LEGGED = {"kind": "legged", "vx": AXES["vx"], "wz": AXES["wz"]}
 
 
 class Given(Sensor):

@@ -9,14 +9,14 @@ import scipy.ndimage
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.plan import MapRoutePlanner, NoRoute, Observation, Task
 
 CATALOG = Catalog()
 START, GOAL = Pose2(0.0, 0.0), Pose2(5.0, 0.0)
-DRIVE = differential_drive(wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+DRIVE = make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 LENGTH, WIDTH, CLEARANCE = 0.5, 0.4, 0.02
 ROUTES = {entry.name: CATALOG.load_route(entry.name) for entry in CATALOG.list("route")}
 IN_A_MAP = sorted(name for name, cls in ROUTES.items() if issubclass(cls, MapRoutePlanner))

@@ -9,8 +9,7 @@ import pytest
 
 from rocs_bt import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.control.locomotion import Response
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.knowledge import Movers, OccupancyGrid
 from rocs_bt.plan import Observation, Task
 
@@ -31,8 +30,12 @@ PEERS = {
 def speed(name, gap=None, t=10.0, calls=1):
     """Speed ahead [m/s] that a planner commands with a mover at a gap, which comes at 1 m/s; the goal is behind it."""
     world = SimpleNamespace(movers=None, occupancy=OccupancyGrid(0.05, 10.0))
-    drive = differential_drive(
-        wheel_separation=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.5, response=Response(delay=0.1)
+    drive = make_locomotion(
+        "differential",
+        wheel_separation=0.5,
+        max_wheel_speed=2.0,
+        max_wheel_acceleration=2.5,
+        delay=0.1,
     )
     task = Task(
         goals={"goal": Pose2(6.0, 0.0, 0.0)},

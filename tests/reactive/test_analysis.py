@@ -403,7 +403,7 @@ def robots_and_rules():
 def test_shipped_rules_are_clean_for_every_shipped_robot(robot, rules):
     catalog = Catalog()
     spec = catalog.load_robot(robot)
-    environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals, spec.values)
+    environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals, spec.constants)
     file = catalog.find("rules", rules).path
     own = thresholds(spec, file)
     if unfit := [fault for fault in check_rules(file, environment, SHIPPED_ACTIONS, own) if not fault.warning]:

@@ -8,8 +8,7 @@ from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
-from rocs_bt.control.locomotion import Response
-from rocs_bt.control.locomotion_kinds import make_locomotion
+from rocs_bt.control.locomotion_kinds import Braking, make_locomotion
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
@@ -58,7 +57,8 @@ class Rig:
             wheel_separation=0.6,
             max_wheel_speed=2.0,
             max_wheel_acceleration=1.5,
-            response=Response(latency=0.1, deceleration={"vx": 2.0}),
+            latency=0.1,
+            vx=Braking(deceleration=2.0),
         )
         self.knowledge.graph.set("R3", length=0.7, width=0.6)
         self.sensor, self.count = Ranges(self.clock), 0

@@ -7,13 +7,13 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.control.locomotion_kinds import differential_drive
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import replaced
 from rocs_bt.drivers.mock import MockRobot, MockWorld, make_sensor
 from rocs_bt.event import KnowledgeChanged, ListSink
 from rocs_bt.plan import xml_mission
 
-DRIVE = differential_drive(wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+DRIVE = make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 GIVEN = {"capacity": 1000.0, "idle_power": 10.0, "motion_power": 20.0, "charge_power": 110.0, "charge": 0.5}
 
 

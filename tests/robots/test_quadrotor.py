@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
@@ -27,7 +26,7 @@ y = "0 m"
 """
 GROUND, HOVER = 0.1, 0.4  # [m] heights of the base on the ground and after a take-off
 REST = Twist3(0.0)
-LIMITS = robot_locomotion(Catalog().load_robot("quadrotor").locomotion)
+LIMITS = Catalog().load_robot("quadrotor").locomotion
 
 
 class Flight:

@@ -14,8 +14,9 @@ from rocs_bt.agent.build import thresholds
 from rocs_bt.base.geometry import Twist2
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
-from rocs_bt.catalog import Catalog, is_reference, robot_locomotion
+from rocs_bt.catalog import Catalog, is_reference
 from rocs_bt.control.body_values import BODY_VALUES
+from rocs_bt.declare import replaced
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import RuleModel, load_rules
 
@@ -30,17 +31,18 @@ MOTION = [Signal("speed", 1, (SPEED,)), Signal("turn_rate", 1, (TURN_RATE,)), Si
 def rules_of(name, robot):
     """Rules of a file on a robot."""
     file = CATALOG.find("rules", name).path
-    environment = dataclasses.replace(Environment.packed([*GROUPS, *MOTION]), robot=robot.values)
+    environment = dataclasses.replace(Environment.packed([*GROUPS, *MOTION]), robot=robot.constants)
     return load_rules(file, environment, ACTIONS, overrides=thresholds(robot, file))
 
 
-def variant(name, length=1.0, width=1.0, **response):
+def variant(name, length=1.0, width=1.0, deceleration=None, **response):
     """Robot with other factors of its size, and other values of its response."""
     robot = CATALOG.load_robot(name)
-    parameters = robot.locomotion.parameters
-    changed = {**parameters, "response": dataclasses.replace(parameters["response"], **response)}
-    locomotion = dataclasses.replace(robot.locomotion, parameters=changed)
-    return dataclasses.replace(robot, locomotion=locomotion, length=length * robot.length, width=width * robot.width)
+    body = replaced(robot.body, length=length * robot.body.length, width=width * robot.body.width)
+    braking = {axis: a for axis, a in (deceleration or {}).items() if hasattr(robot.motion, axis)}
+    axes = {axis: replaced(getattr(robot.motion, axis), deceleration=a) for axis, a in braking.items()}
+    axes |= {} if deceleration is None else {"deceleration": None}
+    return replaced(robot, motion=replaced(robot.motion, **response, **axes), body=body)
 
 
 def test_the_robots_on_wheels_are_these():
@@ -50,8 +52,8 @@ def test_the_robots_on_wheels_are_these():
 @pytest.mark.parametrize("name", ROBOTS)
 def test_thresholds_are_ordered_and_leave_room_to_stop_and_turn(name):
     robot, found = CATALOG.load_robot(name), rules_of("avoid_collision", CATALOG.load_robot(name)).thresholds
-    stop = robot_locomotion(robot.locomotion).stop_distance(Twist2(found["pace"]))
-    ahead = 0.5 * (math.hypot(robot.length, robot.width) - robot.length)
+    stop = robot.locomotion.stop_distance(Twist2(found["pace"]))
+    ahead = 0.5 * (math.hypot(robot.body.length, robot.body.width) - robot.body.length)
     assert 0.0 < found["flinch_near"] < found["flinch_clear"] < found["near"] < found["clear"]
     assert found["near"] >= stop + ahead + found["flinch_near"], "no Flinch after an AvoidCollision in time"
     assert found["clear"] < 1.0, "the ranges of sonars end there"
@@ -59,7 +61,7 @@ def test_thresholds_are_ordered_and_leave_room_to_stop_and_turn(name):
 
 @pytest.mark.parametrize("name", BODIES)
 def test_a_later_weaker_or_longer_robot_turns_away_earlier(name):
-    latency = CATALOG.load_robot(name).values["latency"].value
+    latency = CATALOG.load_robot(name).constants["latency"].value
     own = rules_of("avoid_collision", variant(name)).thresholds
     late = rules_of("avoid_collision", variant(name, latency=latency + 0.3)).thresholds
     assert late["near"] == pytest.approx(own["near"] + 0.3 * own["pace"], abs=1e-3)
@@ -89,11 +91,11 @@ def test_contact_brakes_in_the_time_that_the_robot_needs(name):
 def test_no_robot_replaces_what_follows_from_its_braking(name):
     """What depends on latency or deceleration without the robot's own thresholds depends on them with these, too."""
     robot = CATALOG.load_robot(name)
-    latency = robot.values["latency"].value
+    latency = robot.constants["latency"].value
 
     def moved(rules, own):
         bodies = [variant(name), variant(name, latency=latency + 0.3, deceleration={"vx": 0.4, "vy": 0.4, "vz": 0.4})]
-        bodies = [body if own else dataclasses.replace(body, thresholds={}) for body in bodies]
+        bodies = [body if own else replaced(body, thresholds={}) for body in bodies]
         first, second = (rules_of(rules, body).thresholds for body in bodies)
         return {key for key in first if first[key] != second[key]}
 
@@ -139,7 +141,7 @@ def test_a_vertical_motion_is_stopped_in_the_distance_that_the_robot_needs(sign)
     for _ in range(10):
         latency, deceleration, speed = rng.uniform(0.0, 0.5), rng.uniform(0.3, 5.0), rng.uniform(0.1, 1.0)
         robot = variant("quadrotor", latency=latency, deceleration={"vx": 3.0, "vy": 3.0, "vz": deceleration})
-        environment = dataclasses.replace(Environment.packed(signals), robot=robot.values)
+        environment = dataclasses.replace(Environment.packed(signals), robot=robot.constants)
         rules = load_rules(file, environment, ACTIONS, overrides=thresholds(robot, file))
         need = 0.1 + latency * speed + speed * speed / (2.0 * deceleration)
         for room, stops in ((need - 0.01, True), (need + 0.01, False)):

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
@@ -32,7 +31,7 @@ class Walker:
         floor = '<geom name="floor" type="plane" size="0 0 1"/>'
         arena.write_text(f"<mujoco><worldbody>{floor}{geoms}</worldbody></mujoco>")
         self.world: MujocoWorld = compose_world(arena, [RobotInstance("R", spec.model)], step=STEP)
-        self.locomotion = robot_locomotion(spec.locomotion)
+        self.locomotion = spec.locomotion
         gait = CATALOG.load_class(spec.file.parent / "gait.py", "Gait")
         self.gait = make_actuator(self.world, "R", "gait", gait, {})
         self.world.attach(self.gait.before_step)  # type: ignore[attr-defined]  # as for an agent

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from rocs_bt.base.clock import Clock
 from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.cli.drive import show_sensors
-from rocs_bt.control.locomotion import AxisLimits
-from rocs_bt.control.locomotion_kinds import make_locomotion
+from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
 from rocs_bt.ros2.devices.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.ros2.devices.sensor_node import SensorNode
@@ -345,7 +344,10 @@ def test_diagnostics_of_several_nodes_count_together_and_become_stale(network, n
 
 WHEELS = make_locomotion("differential", wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 AXES = make_locomotion(
-    "twist", axes={"vx": AxisLimits(1.0, 1.0), "vy": AxisLimits(1.0, 1.0), "wz": AxisLimits(2.0, 2.0)}
+    "twist",
+    vx=Axis(max_speed=1.0, max_acceleration=1.0),
+    vy=Axis(max_speed=1.0, max_acceleration=1.0),
+    wz=TurnAxis(max_speed=2.0, max_acceleration=2.0),
 )
 
 

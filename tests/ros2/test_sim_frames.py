@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.mujoco.lidar import Lidar
@@ -156,9 +155,7 @@ def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):  # noq
     spec, sensors = stage.simulation.simulated.robots["R2"], stage.simulation.simulated.sensors["R2"]
     real, rng, ends = sensors["encoders"], np.random.default_rng(1), []
     for _ in range(200):
-        odometry = WheelOdometry(
-            Encoders(real, 0.1, rng), robot_locomotion(spec.locomotion), real.parameters.motors, 0.1
-        )
+        odometry = WheelOdometry(Encoders(real, 0.1, rng), spec.locomotion, real.parameters.motors, 0.1)
         for _ in range(20):
             motion = odometry()
         ends.append((motion.pose.x, motion.pose.y, motion.pose.yaw))

@@ -12,7 +12,7 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Twist3
-from rocs_bt.catalog import Catalog, content_hash, robot_locomotion
+from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import Findings, check_content
 from rocs_bt.cli.main import call
 from rocs_bt.declare import replaced, values_of
@@ -65,7 +65,7 @@ def measured(robot: str):
 @pytest.mark.parametrize("robot", EACH)
 def test_identified_toml_is_what_is_found(robot: str) -> None:
     file, now = measured(robot), found(robot)
-    assert file.axes.keys() == now.axes.keys() == set(robot_locomotion(CATALOG.load_robot(robot).locomotion).axes)
+    assert file.axes.keys() == now.axes.keys() == set(CATALOG.load_robot(robot).locomotion.axes)
     for axis, of in now.axes.items():
         then = file.axes[axis]
         assert then.max_speed == pytest.approx(of.max_speed, rel=0.01)
@@ -79,7 +79,7 @@ def test_identified_toml_is_what_is_found(robot: str) -> None:
 
 @pytest.mark.parametrize("robot", EACH)
 def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> None:
-    locomotion = robot_locomotion(CATALOG.load_robot(robot).locomotion)
+    locomotion = CATALOG.load_robot(robot).locomotion
     for axis, of in found(robot).axes.items():
         assert len(of.braking) >= 5
         for b in of.braking if axis in ("vx", "vy") else ():
@@ -91,10 +91,10 @@ def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> No
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_what_robot_toml_says_is_what_was_measured(robot: str) -> None:
     spec, file = CATALOG.load_robot(robot), measured(robot)
-    numbers, vx = spec.locomotion.parameters, file.axes["vx"]
+    numbers, vx = values_of(spec.motion), file.axes["vx"]
     assert file.model == model_hash(spec)
-    assert vx.max_speed == pytest.approx(robot_locomotion(spec.locomotion).speed_limit, rel=0.01)
-    response = numbers["response"]
+    assert vx.max_speed == pytest.approx(spec.locomotion.speed_limit, rel=0.01)
+    response = spec.locomotion.response
     assert vx.lag == pytest.approx(response.late, abs=0.003 if response.late else 0.02)
     if file.wheels is not None:
         assert response.latency == pytest.approx(0.05 + vx.latency, abs=0.002)  # readings come every 0.05 s

@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from rocs_bt.agent import robot_locomotion
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.catalog import Catalog
 from rocs_bt.declare import replaced
@@ -49,12 +48,12 @@ def odometry(tmp_path):
         cold = replaced(scenario, agents=(replaced(scenario.agents[0], perturbations=tuple(changes)),))
         world = build_world(cold, catalog, seed, NullSink())
         robot_spec = world.robots["R"]
-        command = robot_locomotion(robot_spec.locomotion).command(twist).tolist()
+        command = robot_spec.locomotion.command(twist).tolist()
         sensors = [each for each in world.sensors["R"].values() if isinstance(each, PoseSensor)]
         way, last = 0.0, world.world.pose("R")
         for _ in range(80):
             values = [value for each in sensors for value in each.sample()]
-            world.actuators["R"][robot_spec.locomotion.actuator].command(command)
+            world.actuators["R"][robot_spec.motion.actuator].command(command)
             world.world.advance(10)
             way, last = way + last.distance(world.world.pose("R")), world.world.pose("R")
         values = [value for each in sensors for value in each.sample()]

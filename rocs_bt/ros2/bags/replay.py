@@ -73,7 +73,7 @@ def replay_bag(
     """
     rate = RateSpec(control=control)
     clock = SimulatedClock(rate.physics)
-    settings = robot.ros2 or Ros2Settings()
+    settings = robot.tables.get("ros2", Ros2Settings())
     with ExitStack() as stack:
         bag = Bag(path)
         stack.callback(bag.close)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ... import event as ev
 from ...base.geometry import Pose3, Twist3
-from ...catalog import RobotSpec, robot_locomotion
+from ...catalog import RobotSpec
 from ...event import Event
 from ...record import BodyInfo, RunHeader
 from ..messages import fields as messages
@@ -125,8 +125,8 @@ class AgentTopics:
         self._name = name
         self._sensors = sensors
         self._measured = sensors.topics  # full names of topics
-        self._motion = robot.locomotion.actuator if robot else ""
-        self._locomotion = robot_locomotion(robot.locomotion) if robot else None
+        self._motion = robot.motion.actuator if robot else ""
+        self._locomotion = robot.locomotion if robot else None
         self._signals: dict[str, list[float]] = {}
         self._estimated: tuple[float, float] | None = None  # time and stamp of a new estimate of the pose [s]
         self._poses: dict[str, list[float]] = {}
@@ -233,8 +233,8 @@ def _namespaces(header: RunHeader, robots: Mapping[str, RobotSpec], names: Mappi
     """Namespace of each agent: on hardware that of its robot, if they differ; else none, or one for each of several."""
     agents = [agent.name for agent in header.agents]
     if not header.simulated:
-        settings = [robots[name].ros2 if name in robots else None for name in agents]
-        own = {name: each.namespace.strip("/") for name, each in zip(agents, settings, strict=True) if each is not None}
+        settings = {name: robots[name].tables["ros2"] for name in agents if "ros2" in robots[name].tables}
+        own = {name: each.namespace.strip("/") for name, each in settings.items()}
         if len(own) == len(set(own.values())) == len(agents):
             return own
     return names if len(agents) > 1 else dict.fromkeys(agents, "")

@@ -19,7 +19,7 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     sensors = [(s, s.parameters) for s in robot.sensors if isinstance(s.parameters, Ros2SensorParameters)]
     if not sensors or importlib.util.find_spec("rosbags") is None:
         return
-    settings = robot.ros2 or Ros2Settings()
+    settings = robot.tables.get("ros2", Ros2Settings())
     try:
         types = MessageTypes(settings.distro, lambda name: settings.definition(name) or definition(name))
     except InputError as error:  # an unknown distribution

@@ -22,18 +22,17 @@ def _sensor(robot: RobotSpec, spec: SensorSpec, host: Host, rate: Rate) -> Senso
     from .sensor_node import SensorNode
 
     given = cast(Ros2SensorParameters, spec.parameters)
-    node = shared_node(robot.ros2 or Ros2Settings(), host)
+    node = shared_node(robot.tables.get("ros2", Ros2Settings()), host)
     return SensorNode(spec.name, node, given, given.scale(spec.scale), spec.validity(rate.period))
 
 
 def _actuator(robot: RobotSpec, spec: ActuatorSpec, isolated: bool) -> ActuatorNodeMaker:
-    from ...catalog import robot_locomotion
     from ..settings import Ros2Settings
     from .actuator_node import ActuatorNodeMaker, isolated_node
 
     given = cast(Ros2ActuatorParameters, spec.parameters)
-    locomotion = robot_locomotion(robot.locomotion)
-    made = ActuatorNodeMaker(spec.name, robot.ros2 or Ros2Settings(), given, locomotion)
+    locomotion = robot.locomotion
+    made = ActuatorNodeMaker(spec.name, robot.tables.get("ros2", Ros2Settings()), given, locomotion)
     return replace(made, node=isolated_node(spec.name)) if isolated else made
 
 

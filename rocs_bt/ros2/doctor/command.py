@@ -29,12 +29,12 @@ def examine_ros2(robot: str | None, network: str, duration: float) -> int:
     from .measure import examine
 
     spec = None if robot is None else catalog_for(robot, no_code=True).load_robot(robot)
-    if spec is not None and spec.ros2 is None:
+    if spec is not None and "ros2" not in spec.tables:
         raise InputError(
             Fault(f"the robot '{spec.name}' has no [ros2] table.", spec.file, hint="See rocs-bt docs: ros2.md.")
         )
     asked = checked(Ros2Settings, {"network": network}, "the network")
-    settings = asked if spec is None or spec.ros2 is None else spec.ros2
+    settings = asked if spec is None or "ros2" not in spec.tables else spec.tables["ros2"]
     for line in _installed():
         echo(line)
     try:

@@ -77,9 +77,7 @@ class UsesRos(Node, Generic[E]):
         """Types of the connection; without one those that are installed, in the mission of a robot."""
         if self.link is not None:
             return self.link.types
-        if self.mission is None or "ros2" not in self.mission.tables:
-            return None
-        return installed_types(self.mission.tables["ros2"])
+        return None if self.mission is None else installed_types(self.mission.tables.get("ros2"))
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         types = self.types

@@ -194,8 +194,8 @@ def _pose_outputs(
             yield _odometry(partial(_truth, world, names.robot), rate, names, links.height)
         else:
             yield _pose_fix(position[0], orientation[0], rate, names)
-    actuator = next(a for a in devices.robot.actuators if a.name == devices.robot.locomotion.actuator)
-    motors = actuator.parameters.motors if isinstance(actuator.parameters, VelocityParameters) else ()
+    given = devices.robot.mover.parameters
+    motors = given.motors if isinstance(given, VelocityParameters) else ()
     for sensor in _encoders(devices):
         if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
             odometry = WheelOdometry(sensor, locomotion, motors, links.height)

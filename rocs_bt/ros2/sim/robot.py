@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ...agent import RobotDevices, robot_locomotion
+from ...agent import RobotDevices
 from ...base.errors import DeviceError, interrupts
 from ...base.raised import describe
 from ...event import CommandExpired, EventSink
@@ -53,14 +53,14 @@ class Ros2Robot:
         timeout: float = COMMAND_TIMEOUT,
     ) -> None:
         self.names = names
-        self._locomotion = robot_locomotion(devices.robot.locomotion)
+        self._locomotion = devices.robot.locomotion
         self.outputs = robot_outputs(devices, self._locomotion, names, links)
         self._description = names.publisher("robot_description", "std_msgs/msg/String", QoS.LATCHED)
         self._links = links
         self.command_topic = names.topic("cmd_vel")
         self.commands = self.expired = 0
         self.faults: dict[str, str] = {}
-        self._gate = devices.actuators[devices.robot.locomotion.actuator]
+        self._gate = devices.actuators[devices.robot.motion.actuator]
         self._types = names.transport.types
         self._reader = names.transport.reader(self.command_topic, command_type, LATEST)
         self._sink = sink
