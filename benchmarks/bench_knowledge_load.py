@@ -1,4 +1,4 @@
-"""Slow-down of a control loop by other users of the same Knowledge: a writer at 1 kHz, four readers, and the journal.
+"""Slow-down of a control loop by other users of the same Knowledge: a writer at 1 kHz and four readers.
 
 The loop works for about 4 ms in each period of 50 ms, in Python that holds the GIL, like a busy agent. Rounds with and
 without the other threads alternate. The cost is the difference in the work's duration: wall time, CPU time of the
@@ -13,11 +13,9 @@ import random
 import resource
 import statistics
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import NamedTuple
 
 import knowledge_world as world
@@ -25,7 +23,6 @@ from row import Row, size
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.history import Journal
 
 PERIOD, WORK = 0.05, size(4_000, 100)  # [s]; attributes read in a period, some 4 ms
 ROUNDS, PERIODS = size((12, 20), (1, 3))  # rounds of each kind; periods in a round
@@ -49,9 +46,7 @@ def run() -> Iterator[Row]:
     known, before = world.known(), sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
     try:
-        with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite") as journal:
-            journal.attach(known.graph)
-            yield from _rows(known)
+        yield from _rows(known)
     finally:
         sys.setswitchinterval(before)
 
@@ -79,7 +74,7 @@ def _rows(known: Knowledge) -> list[Row]:
     try:
         for loaded in [False, True] * ROUNDS:
             (go.set if loaded else go.clear)()
-            time.sleep(0.1)  # lets the journal become idle
+            time.sleep(0.1)  # lets the others become idle
             begin = time.process_time()
             taken[loaded] += _round(known)
             spent[loaded] += time.process_time() - begin
@@ -104,7 +99,7 @@ def _costs(taken: dict[bool, list[Period]], spent: dict[bool, float]) -> list[Ro
     own, own_beside = (statistics.median(period.own for period in taken[loaded]) for loaded in (False, True))
     lost = 100.0 * (beside - alone) / PERIOD
     share = 100.0 * (spent[True] - spent[False]) / (ROUNDS * PERIODS * PERIOD)
-    name = "knowledge: share of a control period lost to 1 kHz writes, 4 readers, journal"
+    name = "knowledge: share of a control period lost to 1 kHz writes, 4 readers"
     rows = [
         Row(name, lost, "%", budget=f"<= {BUDGET:g} %", holds=lost <= BUDGET),
         Row("knowledge: increase of the work's duration", 100.0 * (beside / alone - 1.0), "%"),

@@ -9,16 +9,12 @@ import functools
 import importlib.util
 import itertools
 import math
-import tempfile
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import knowledge_world as world
 from bench_knowledge import micros
 from row import Row, size
-
-from rocs_bt.knowledge.history import History, Journal, JournalPast
 
 NEAREST_BUDGET = 20.0  # [us]
 PATIENCE = size(1e5, 1e2)  # [us] CPU time of a round
@@ -119,34 +115,27 @@ def _micros(call: Callable[[], object]) -> float:
 
 
 def _past(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[Row]:
-    """Journal queries of past states of 10,000 nodes, relative to a copy of the whole graph.
+    """Queries of past states of 10,000 nodes, relative to a copy of the whole graph.
 
     networkx and rdflib have no history; the alternative is to copy the graph at every change and query the copy.
     """
     clock, graph = known.clock, known.graph
-    with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite", blocking=True) as journal:
-        journal.attach(graph)
-        past = known.past = JournalPast(journal, graph)
-        for i in range(world.COUNT):
-            graph.set(f"o{i}", radius=0.5 + i / 1e5)
-            if i % (world.COUNT // 100) == 0:
-                clock.advance()
-        journal.flush()
-        copies = [("networkx copied", _micros(raw.copy))]
-        if rdf is not None:
-            copies.append(("rdflib copied", _micros(rdf.copy)))
-        t = clock.now() - 2.0
-        with History(journal.path) as history:
-            yield from _of_copies("one value as of a time", lambda: history.value("o7", "radius", t), copies)
-            yield from _of_copies("the whole graph as of a time", lambda: history.as_of(t), copies)
-        for text, given in (
-            ("object a near object b where a == it and b.moves as of 2 s ago", {"it": "o7"}),
-            ("object b near object a where a == it as of 2 s ago", {"it": "o7"}),
-            ("goal as of 2 s ago", {}),
-            ("object order by distance(pose, robot) limit 1 as of 2 s ago", {}),
-        ):
-            yield from _of_copies(f"'{text}'", functools.partial(known.ask, text, **given), copies)
-        past.close()
+    for i in range(world.COUNT):
+        graph.set(f"o{i}", radius=0.5 + i / 1e5)
+        if i % (world.COUNT // 100) == 0:
+            clock.advance()
+    copies = [("networkx copied", _micros(raw.copy))]
+    if rdf is not None:
+        copies.append(("rdflib copied", _micros(rdf.copy)))
+    t = clock.now() - 2.0
+    yield from _of_copies("the whole graph as of a time", lambda: known.past.as_of(t), copies)
+    for text, given in (
+        ("object a near object b where a == it and b.moves as of 2 s ago", {"it": "o7"}),
+        ("object b near object a where a == it as of 2 s ago", {"it": "o7"}),
+        ("goal as of 2 s ago", {}),
+        ("object order by distance(pose, robot) limit 1 as of 2 s ago", {}),
+    ):
+        yield from _of_copies(f"'{text}'", functools.partial(known.ask, text, **given), copies)
 
 
 def _of_copies(name: str, ours: Callable[[], Any], copies: list[tuple[str, float]]) -> Iterator[Row]:

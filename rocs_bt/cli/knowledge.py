@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..base.errors import Fault, InputError, KnowledgeError
-from ..base.files import read_text, write_whole
+from ..base.errors import InputError, KnowledgeError, unknown
+from ..base.files import is_file, write_whole
 from ..base.geometry import Pose2
 from ..base.registered import load, registered
 from ..base.units import NOT_NEGATIVE
@@ -20,17 +20,12 @@ from .quantity import QuantityType
 from .terminal import echo
 
 if TYPE_CHECKING:
-    from ..knowledge import Answers, Readable, Schema
+    from ..knowledge import Answers, Readable
     from ..knowledge.history import ChangeLog, State
 
 
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 agent_option = click.option("--agent", help="Name of the agent; optional if there is only one.")
-run_number_option = click.option(
-    "--run-number", type=click.IntRange(min=1), help="Number of the run in a file with several; by default the newest."
-)
-
-
 at_option = click.option(
     "--at", "t", type=QuantityType(bounds=NOT_NEGATIVE), help="Time of the state; by default the end."
 )
@@ -39,7 +34,6 @@ at_option = click.option(
 @click.command()
 @run_argument
 @agent_option
-@run_number_option
 @at_option
 @click.option(
     "--format",
@@ -50,16 +44,16 @@ at_option = click.option(
     help="Format of the drawing.",
 )
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
-def show(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
+def show(run: Path, agent: str | None, t: float | None, form: str, out: Path | None) -> None:
     """Draw the knowledge of an agent in RUN: an HTML page with search and a time slider, an SVG drawing, or a list.
 
-    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export. The page shows the whole
+    RUN is a run's folder, its run.mcap, or a file of knowledge, which holds the end of a run. The page shows the whole
     run; the other formats show one time.
     """
     from ..record.knowledge import draw
     from ..record.pages import page_maker
 
-    log = open_log(run, agent, run_number)
+    log = open_log(run, agent)
     if form == "html":
         text = page_maker("knowledge")(log)
     else:
@@ -76,17 +70,16 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
 @click.command()
 @run_argument
 @agent_option
-@run_number_option
 @at_option
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
-def export(run: Path, agent: str | None, run_number: int | None, t: float | None, out: Path | None) -> None:
-    """Write an agent's knowledge in RUN as JSON, at the end or at the time --at.
+def export(run: Path, agent: str | None, t: float | None, out: Path | None) -> None:
+    """Write an agent's knowledge in RUN as a file of knowledge, at the end or at the time --at.
 
-    JSON is lossless and can be read by `knowledge import`.
+    It is JSON without any loss, for `run --knowledge`.
     """
     from ..knowledge.history import to_json_text
 
-    state = state_of(open_log(run, agent, run_number), t)
+    state = state_of(open_log(run, agent), t)
     text = to_json_text(state)
     if out is None:
         echo(text, nl=False)
@@ -100,33 +93,45 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
 @click.argument("knowledge", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--agent", help="Agent that gets the knowledge; by default the agent in the file.")
 def take(file: Path, knowledge: Path, agent: str | None) -> None:
-    """Add an export FILE to a KNOWLEDGE file as its newest run, for use by later runs.
+    """Add the agents of FILE to the file KNOWLEDGE, where they replace agents of the same name.
 
-    The file is checked against the schema first; if it has faults, nothing is changed.
+    Both are checked against the schema first; if there are faults, nothing is changed.
     """
-    from ..knowledge.history import write_state
+    from ..knowledge.history import read_knowledge, to_json_text
 
-    state = _exported(file, Catalog.here().load_schema())
+    schema = Catalog.here().load_schema()
+    states = read_knowledge(file, schema)
     if agent is not None:
-        state.agent = agent
-    if not state.agent:
-        raise InputError(Fault("the file does not name the agent.", file, hint="Give it: --agent NAME"))
-    write_state(knowledge, state, file.name)
-    echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
+        states = {agent: _chosen(states, None, file)}
+        states[agent].agent = agent
+    there = read_knowledge(knowledge, schema) if is_file(knowledge) else {}
+    write_whole(knowledge, to_json_text(*(there | states).values()))
+    for state in states.values():
+        echo(f"{knowledge}: {len(state.nodes())} nodes, {len(state.edges())} edges of {state.agent}.")
 
 
-def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
-    """Change log of an agent from a recording, a knowledge file, or an export."""
-    from ..knowledge.history import History, log_of
+def open_log(run: Path, agent: str | None) -> ChangeLog:
+    """Change log of an agent from a recording or a file of knowledge."""
+    from ..knowledge.history import ChangeLog, read_knowledge
     from ..record.knowledge import recorded_log
 
-    schema, file = Catalog.here(code=False).load_schema(), _knowledge_file(run)
-    if file.suffix == ".json":
-        return log_of(_exported(file, schema), file.name)
-    if file.suffix == ".mcap":
-        return recorded_log(open_recording(file), agent, schema)
-    with History(file, agent, number, schema) as history:
-        return history
+    schema = Catalog.here(code=False).load_schema()
+    if _is_recording(run):
+        return recorded_log(open_recording(run), agent, schema)
+    return ChangeLog(_chosen(read_knowledge(run, schema), agent, run), run.name)
+
+
+def _is_recording(run: Path) -> bool:
+    return run.is_dir() or run.suffix == ".mcap"
+
+
+def _chosen(states: Mapping[str, State], agent: str | None, file: Path) -> State:
+    """State of the named agent, or of the only one."""
+    if agent is None and len(states) != 1:
+        raise InputError(f"'{file}' contains the knowledge of {', '.join(states) or 'no agent'}. Name one of them.")
+    if agent is not None and agent not in states:
+        raise InputError(unknown("agent", agent, states, f"'{file}'"))
+    return states[agent] if agent is not None else next(iter(states.values()))
 
 
 def state_of(log: ChangeLog, t: float | None) -> State:
@@ -139,20 +144,6 @@ def state_of(log: ChangeLog, t: float | None) -> State:
         return log.as_of(t)
     except KnowledgeError as error:
         raise InputError(str(error)) from error
-
-
-def _knowledge_file(run: Path) -> Path:
-    """File of a run: in a folder the knowledge file, or else the recording."""
-    if not run.is_dir():
-        return run
-    knowledge = run / "knowledge.sqlite"
-    return knowledge if knowledge.exists() else run / "run.mcap"
-
-
-def _exported(file: Path, schema: Schema) -> State:
-    from ..knowledge.history import from_json_text
-
-    return from_json_text(read_text(file), file, schema)
 
 
 def _listed(state: State) -> str:
@@ -184,25 +175,24 @@ def _beside(run: Path) -> Path:
 @click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 @click.argument("text", metavar="QUERY")
 @agent_option
-@run_number_option
 @at_option
 @json_option("Print the answers as JSON.")
-def query(run: Path, text: str, agent: str | None, run_number: int | None, t: float | None, as_json: bool) -> int:
+def query(run: Path, text: str, agent: str | None, t: float | None, as_json: bool) -> int:
     """Query the knowledge of an agent, such as "object where moves and distance(pose, robot) < 2 m".
 
-    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export. For a recorded run, `robot`
-    is the robot's pose at the time, and the query may use its signals. See docs/knowledge.md for the language.
+    RUN is a run's folder, its run.mcap, or a file of knowledge. For a recorded run, `robot` is the robot's pose at the
+    time, and the query may use its signals. See docs/knowledge.md for the language.
 
     Exits with 0 if there is an answer, with 1 if there is none.
     """
     from ..knowledge import QueryContext, compile_query
     from ..record.knowledge import recorded_context
 
-    log = open_log(run, agent, run_number)
+    log = open_log(run, agent)
     t = log.end if t is None else t
     context, signals = QueryContext(log.agent, None, t, past=log), None
-    if (recorded := run / "run.mcap" if run.is_dir() else run).suffix == ".mcap" and recorded.exists():
-        context, signals = recorded_context(open_recording(recorded), log, t)
+    if _is_recording(run):
+        context, signals = recorded_context(open_recording(run), log, t)
     state = state_of(log, t)
     try:
         answers = compile_query(text, state.schema, signals).ask(state, context)
@@ -247,14 +237,13 @@ def _plain(answer: dict[str, Any]) -> dict[str, Any]:
 @click.command()
 @run_argument
 @agent_option
-@run_number_option
 @at_option
-def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -> None:
+def why(run: Path, agent: str | None, t: float | None) -> None:
     """Print the reasons and outcomes of an agent's strategies in RUN; with --at, of the strategy active then.
 
-    RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export.
+    RUN is a run's folder, its run.mcap, or a file of knowledge.
     """
-    log = open_log(run, agent, run_number)
+    log = open_log(run, agent)
     state = log.as_of()
     uses = sorted(state.nodes("use"), key=lambda use: state.get(use, "began") or 0.0)
     if t is not None:

@@ -101,8 +101,6 @@ def _remembered(kept: KnowledgeFile) -> list[str]:
             f" of earlier runs{', but not all' if found.refused else ''}."
         )
         lines += [f"  refused: {reason}" for reason in found.refused[:_FAULTS]]
-    if kept.lost:
-        lines.append(f"{counted(kept.lost, 'change')} of knowledge lost: the disk was too slow.")
     file = shlex.quote(kept.file)
     return [*lines, f"Knowledge: {file}   (rocs-bt knowledge show {file})"]
 

@@ -10,15 +10,18 @@ from typing import Any
 from ..base.clock import Clock
 from ..base.errors import InputError, KnowledgeError
 from ..base.geometry import Pose2
-from ..event import EventSink
+from ..event import Event, EventSink
 from .graph import KnowledgeGraph
+from .history import ChangeLog, State
 from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
-from .readable import NoPast, Past
+from .readable import Past
 from .schema import Schema
 from .signals import SignalTable
 
 _KEPT = 256
 """Maximum number of cached compiled queries."""
+_CHANGES = 100_000
+"""Maximum number of changes of the graph that are kept for `as of` queries."""
 
 
 class _Signals(SignalTable):
@@ -32,6 +35,17 @@ class _Signals(SignalTable):
         if not self.frozen:
             super().freeze()
             self._graph.bind(self.view)
+
+
+class _Logged:
+    """Sink of the graph that also logs its changes; not a Fanout, because a run's sink replaces its `emit` later."""
+
+    def __init__(self, sink: EventSink, log: ChangeLog) -> None:
+        self._sink, self._log = sink, log
+
+    def emit(self, event: Event) -> None:
+        self._sink.emit(event)
+        self._log.emit(event)
 
 
 class KnowledgeBase(ABC):
@@ -49,7 +63,7 @@ class KnowledgeBase(ABC):
         sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Measured values, which change in every control period.
-        past: Source of earlier graph states for `as of` queries; a NoPast, which refuses them, until one is set.
+        past: Earlier states of the graph, for `as of` queries.
 
     Raises:
         KnowledgeError: The agent has no name.
@@ -61,10 +75,11 @@ class KnowledgeBase(ABC):
         self.agent = agent
         self.clock = clock
         self.sink = sink
-        self.graph = KnowledgeGraph(clock, sink, agent, schema)
+        log = ChangeLog(State(agent, schema), keep=_CHANGES)
+        self.past: Past = log
+        self.graph = KnowledgeGraph(clock, _Logged(sink, log), agent, schema)
         self.signals: SignalTable = _Signals(self.graph)
         self.graph.add(agent, "robot")
-        self.past: Past = NoPast()
         self._queries: dict[Any, Query] = {}
 
     @abstractmethod
@@ -83,7 +98,7 @@ class KnowledgeBase(ABC):
 
         Raises:
             InputError: The text is not a query; with the column.
-            KnowledgeError: A parameter has an unsupported type, or there is no history for an `as of` query.
+            KnowledgeError: A parameter has an unsupported type, or the state for an `as of` query is not kept.
         """
         return self.query(str(query), **parameters).ask(self.graph, self.query_context(), **parameters)
 
@@ -92,7 +107,7 @@ class KnowledgeBase(ABC):
 
         Raises:
             InputError: The text is not a query; with the column.
-            KnowledgeError: A parameter has an unsupported type, or there is no history for an `as of` query.
+            KnowledgeError: A parameter has an unsupported type, or the state for an `as of` query is not kept.
         """
         return self.query(str(query), **parameters).holds(self.graph, self.query_context(), **parameters)
 

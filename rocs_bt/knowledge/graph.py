@@ -20,7 +20,7 @@ from .schema import SCHEMA, Schema
 from .signals import Array
 from .spatial_index import Batch
 from .store import Row, Store
-from .subscription import Callback, SubscriberFailure, Subscribers, Subscription, WriteObservers
+from .subscription import Callback, SubscriberFailure, Subscribers, Subscription
 
 _NEVER = Stamp(-math.inf, 0)
 
@@ -43,7 +43,6 @@ class KnowledgeGraph(Readable):
         revision: Revision of the newest change.
         agent: The agent's name.
         clock: Source of time.
-        write_observers: Callbacks that receive each complete write.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", schema: Schema = SCHEMA) -> None:
@@ -62,7 +61,6 @@ class KnowledgeGraph(Readable):
         self._lineages = schema.lineages
         self._stamps: dict[str, dict[str, Stamp]] = {}
         self._subscribers = Subscribers(sink)
-        self.write_observers = WriteObservers()
         self._live: Callable[[str], Array] | None = None
 
     # -- reading ----------------------------------------------------------------------------------------------------
@@ -151,12 +149,8 @@ class KnowledgeGraph(Readable):
         self._locks += 1
 
     def _release(self) -> None:
-        try:
-            self._locks -= 1
-            if self.write_observers.all:
-                self._settle()
-        finally:
-            self._lock.release()
+        self._locks -= 1
+        self._lock.release()
         if self._subscribers.pending:
             self._deliver()
 
@@ -186,7 +180,6 @@ class KnowledgeGraph(Readable):
             self._change("node added", node, kind, None, t, kind)
             for name in given:
                 stamps[name] = Stamp(t, self._change("attribute", node, name, values[name], t, kind))
-            self._settle()
         self._deliver()
 
     def set(self, node: str, **attributes: Any) -> None:
@@ -218,8 +211,6 @@ class KnowledgeGraph(Readable):
                 self._store.changed(node, row, "pose" in values)
                 for name in changed:
                     stamps[name] = Stamp(t, self._change("attribute", node, name, values[name], t, kind))
-                if self.write_observers.all:
-                    self._settle()
             else:
                 row.write(values, t, row["revision"])
         finally:
@@ -240,7 +231,6 @@ class KnowledgeGraph(Readable):
             self._store.remove(node)
             del self._stamps[node]
             self._change("node removed", node, kind, None, self.clock.now(), kind)
-            self._settle()
         self._deliver()
 
     def relate(self, source: str, relation: str, target: str, **attributes: Any) -> None:
@@ -268,7 +258,6 @@ class KnowledgeGraph(Readable):
             row.write(values, t, self.revision + 1 if what else row["revision"])
             if what:
                 self._edge_change(what, source, relation, target, t, _present(row, declared.attributes))
-            self._settle()
         self._deliver()
 
     def unrelate(self, source: str, relation: str, target: str) -> None:
@@ -282,7 +271,6 @@ class KnowledgeGraph(Readable):
                 names = ", ".join(there) or "nothing"
                 raise KnowledgeError(f"there is no edge {source} -{relation}-> {target}; it leads to {names}.")
             self._unrelate(source, relation, target)
-            self._settle()
         self._deliver()
 
     # -- listening --------------------------------------------------------------------------------------------------
@@ -351,8 +339,6 @@ class KnowledgeGraph(Readable):
             t=t, agent=self.agent, what=what, subject=node, name=name, value=_plain(value), revision=revision
         )
         self._sink.emit(change)
-        if self.write_observers.all:
-            self.write_observers.record(change)
         if self._subscribers.all:
             self._subscribers.queue(change, (node,), self._lineages[kind])
         return revision
@@ -372,15 +358,9 @@ class KnowledgeGraph(Readable):
             attributes={n: _plain(v) for n, v in attributes.items()},
         )
         self._sink.emit(change)
-        if self.write_observers.all:
-            self.write_observers.record(change)
         if self._subscribers.all:
             kinds = self._lineages[self.kind(source)] + self._lineages[self.kind(target)]
             self._subscribers.queue(change, (source, target), kinds, relation)
-
-    def _settle(self) -> None:
-        if self.write_observers.all and not self._locks:
-            self.write_observers.flush()
 
     def _deliver(self) -> None:
         # Inside `locked` this thread still holds the lock, or will take it again; the outermost `locked` delivers.

@@ -234,6 +234,6 @@ class NoPast:
             KnowledgeError: Always.
         """
         raise KnowledgeError(
-            f"no history of the graph is kept, so its state at {t:g} s is not available. Query the journal of a run, "
-            "or set Knowledge.past to one."
+            f"no history of the graph is given, so its state at {t:g} s is not available. Query a recording or the "
+            "Knowledge of a running agent, which keep it."
         )

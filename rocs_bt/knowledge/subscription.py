@@ -13,7 +13,6 @@ import msgspec
 from ..event import EventSink, KnowledgeChanged, SubscriberDetached
 
 Callback: TypeAlias = Callable[[KnowledgeChanged], None]
-WriteObserver: TypeAlias = Callable[[list[KnowledgeChanged]], None]
 
 
 class Delivery(msgspec.Struct, frozen=True, gc=False):
@@ -137,38 +136,6 @@ class Subscribers:
                 t=change.t, agent=change.agent, callback=callback, revision=change.revision, detail=detail
             )
         )
-
-
-class WriteObservers:
-    """Callbacks that receive each complete write to a graph, as the list of its changes.
-
-    All changes in one `locked` block are one write. The journal uses these callbacks so that it never stores a part of
-    a write. An observer is called while the graph is locked: it must be as fast as appending the list to a queue, and
-    must not raise. All methods of this class are called while the graph is locked.
-    """
-
-    def __init__(self) -> None:
-        self.all: tuple[WriteObserver, ...] = ()
-        self._written: list[KnowledgeChanged] = []
-
-    def add(self, observer: WriteObserver) -> None:
-        """Add an observer."""
-        self.all = (*self.all, observer)
-
-    def remove(self, observer: WriteObserver) -> None:
-        """Remove an observer."""
-        self.all = tuple(f for f in self.all if f != observer)
-
-    def record(self, change: KnowledgeChanged) -> None:
-        """Add a change to the write in progress."""
-        self._written.append(change)
-
-    def flush(self) -> None:
-        """End the write in progress and pass it to the observers."""
-        if self._written:
-            written, self._written = self._written, []
-            for observer in self.all:
-                observer(written)
 
 
 def _name(callback: Callback) -> str:

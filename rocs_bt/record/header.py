@@ -304,7 +304,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         grounds: Outlines of the ground that is not level.
         places: Goals and other named places.
         requirements: Requirements of the scenario.
-        recalled: Knowledge of earlier runs by agent, as JSON (docs/knowledge.md).
+        recalled: Loaded knowledge of earlier runs, as JSON (docs/knowledge.md); empty without any.
         swaps: Replacements of subtrees of missions that the run was asked for, ordered by time.
         start: Time of the first period [s].
         simulated: Whether the world was simulated. If not, poses are the robots' own estimates.
@@ -324,7 +324,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     grounds: tuple[Outline, ...] = ()
     places: tuple[Place, ...] = ()
     requirements: tuple[RequirementInfo, ...] = ()
-    recalled: Mapping[str, str] = {}
+    recalled: str = ""
     swaps: tuple[SubtreeSwap, ...] = ()
     start: float = 0.0
     simulated: bool = True

@@ -176,11 +176,10 @@ class Remembered(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class KnowledgeFile(msgspec.Struct, frozen=True, kw_only=True):
-    """Knowledge kept between runs: its file, the knowledge loaded by each agent, and the number of lost changes."""
+    """Knowledge kept between runs: its file, and the knowledge loaded by each agent."""
 
     file: str
     remembered: Mapping[str, Remembered]
-    lost: int
 
 
 class Summary(msgspec.Struct, frozen=True, kw_only=True):

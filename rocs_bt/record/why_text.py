@@ -24,7 +24,7 @@ from ..event import (
 )
 from ..knowledge import Stamp
 from ..knowledge.history import State
-from ..knowledge.history.values import plain
+from ..knowledge.history.state import plain
 from .diverge import describe
 from .moment import SLACK, Moment
 

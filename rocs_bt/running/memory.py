@@ -8,94 +8,82 @@ from pathlib import Path
 from msgspec import UNSET, UnsetType
 
 from ..agent import Agent
-from ..knowledge.history import (
-    History,
-    Journal,
-    JournalPast,
-    LoadResult,
-    from_json_text,
-    load_into,
-    persistent_part,
-    to_json_text,
-)
+from ..base.errors import InputError, RecordingError
+from ..base.files import check_writable, is_file, write_whole
+from ..knowledge.history import LoadResult, State, load_into, persistent_part, read_knowledge, to_json_text
 from ..record import KnowledgeFile, Remembered
 
 
 class Memory:
-    """File of knowledge that agents keep from run to run: loaded before the run, and written during the run.
+    """File of knowledge that agents keep from run to run: loaded before the run, and written at its end.
 
     Args:
         path: Path of the file, which is created if it does not exist. None loads and writes nothing.
-        agents: Agents of this run; each loads the knowledge of the newest run in the file with an agent of its name.
+        agents: Agents of this run; each loads the knowledge of an agent of its name in the file.
+
+    Attributes:
+        recalled: Loaded knowledge as JSON; empty without any.
 
     Raises:
-        RecordingError: The file is not a knowledge journal, or is damaged.
+        InputError: The file is not a file of knowledge, or has faults.
     """
 
     def __init__(self, path: Path | None, agents: Sequence[Agent]) -> None:
         self._path = path
         self._agents = agents
-        self._journal: Journal | None = None
-        self._pasts: list[JournalPast] = []
-        self.recalled: dict[str, str] = {}  # JSON, by agent; agents without earlier knowledge are missing
-        self._refused: dict[str, list[str]] = {}
-        if path is not None and path.exists():
-            known = {entry.agent for entry in History.runs(path)}
-            for agent in agents:
-                if agent.name in known:
-                    self._recall(path, agent)
-        self._loaded = recall(self.recalled, agents)
+        self._begun = False
+        known = self._read()
+        lasting = {agent.name: persistent_part(known[agent.name]) for agent in agents if agent.name in known}
+        self.recalled = to_json_text(*lasting.values()) if lasting else ""
+        self._loaded = recall(lasting, agents)
 
-    def start(self, label: str, patient: bool) -> None:
-        """Begin to write this run to the file.
-
-        If `patient`, agents may wait for the disk: only in lockstep, which does not depend on wall time.
-        """
-        if self._path is None:
-            return
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._journal = Journal(self._path, label, blocking=patient)
-        for agent in self._agents:
-            self._journal.attach(agent.knowledge.graph)
-            past = agent.knowledge.past = JournalPast(self._journal, agent.knowledge.graph)
-            self._pasts.append(past)
-
-    def close(self) -> None:
-        """Write the remaining changes and close the file.
+    def start(self) -> None:
+        """The robots start: from now on the run has knowledge to keep.
 
         Raises:
-            RecordingError: Writing failed.
+            RecordingError: The file cannot be written.
         """
-        for past in self._pasts:
-            past.close()
-        if self._journal is not None:
-            self._journal.close()
+        if self._path is not None:
+            try:
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                check_writable(self._path)
+            except OSError as error:
+                raise RecordingError(f"the knowledge '{self._path}' cannot be written: {error.strerror}.") from error
+            self._begun = True
+
+    def write(self) -> None:
+        """Replace the file as a whole, once; agents that have no part in this run keep their knowledge in it.
+
+        Raises:
+            RecordingError: The file is no file of knowledge any more.
+            OSError: The file cannot be written; the old one stays.
+        """
+        if self._path is None or not self._begun:
+            return
+        self._begun = False
+        try:
+            states = self._read()  # again, because a run of other agents may have written it meanwhile
+        except InputError as error:
+            raise RecordingError(f"the knowledge '{self._path}' is not written: {error}") from error
+        states |= {agent.name: State.of(agent.knowledge.graph) for agent in self._agents}
+        write_whole(self._path, to_json_text(*states.values()))
 
     def summary(self) -> KnowledgeFile | UnsetType:
-        """Summary of the loaded and written knowledge; UNSET without a file."""
+        """Summary of the loaded knowledge; UNSET without a file."""
         if self._path is None:
             return UNSET
         remembered = {
-            name: Remembered(nodes=loaded.nodes, edges=loaded.edges, refused=(*self._refused[name], *loaded.refused))
+            name: Remembered(nodes=loaded.nodes, edges=loaded.edges, refused=loaded.refused)
             for name, loaded in self._loaded.items()
         }
-        lost = 0 if self._journal is None else self._journal.lost
-        return KnowledgeFile(file=str(self._path), remembered=remembered, lost=lost)
+        return KnowledgeFile(file=str(self._path), remembered=remembered)
 
-    def _recall(self, path: Path, agent: Agent) -> None:
-        schema = agent.knowledge.graph.schema
-        with History(path, agent.name, schema=schema) as history:
-            state, faults = persistent_part(history.as_of(), schema, path)
-        self.recalled[agent.name] = to_json_text(state)
-        self._refused[agent.name] = [fault.message for fault in faults]
+    def _read(self) -> dict[str, State]:
+        if self._path is None or not is_file(self._path):
+            return {}
+        return read_knowledge(self._path, self._agents[0].knowledge.graph.schema)
 
 
-def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, LoadResult]:
+def recall(known: Mapping[str, State], agents: Sequence[Agent]) -> dict[str, LoadResult]:
     """Load knowledge of earlier runs into the agents; returns the result by agent, without those that have none."""
-    loaded = {}
-    for agent in agents:
-        text = recalled.get(agent.name)
-        if text is not None:
-            graph = agent.knowledge.graph
-            loaded[agent.name] = load_into(graph, from_json_text(text, Path("the recording"), graph.schema))
-    return loaded
+    return {agent.name: load_into(agent.knowledge.graph, known[agent.name]) for agent in agents if agent.name in known}

@@ -99,7 +99,8 @@ class RunOptions(Value):
         Option("Reload rule files that change during the run; it may then not be repeatable.", ("--watch-rules",)),
     ] = False
     knowledge: Annotated[
-        Path | None, Option("File with knowledge of earlier runs; this run's is added.", ("--knowledge",), "FILE")
+        Path | None,
+        Option("File with knowledge of earlier runs; this run's replaces it.", ("--knowledge",), "FILE"),
     ] = None
     swaps: Annotated[
         tuple[SubtreeSwap, ...],

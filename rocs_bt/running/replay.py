@@ -23,6 +23,7 @@ from ..event import (
     RulesReplaced,
     RunControlled,
 )
+from ..knowledge.history import from_json_text
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap, compare
 from ..simulation.fact_schedule import fact_schedules
 from .build_agents import worldless_agents
@@ -142,7 +143,9 @@ def _decide(
     agents = worldless_agents(
         scenario, catalog, seed=header.seed, missions=missions, recorded=recorded, clock=clock, sink=sink
     )
-    recall(header.recalled, agents)
+    if header.recalled:
+        schema = agents[0].knowledge.graph.schema
+        recall(from_json_text(header.recalled, Path("the recording"), schema), agents)
     schedules, coming = fact_schedules(scenario, agents), SwapSchedule(swaps, agents, catalog)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     reloads = deque(replaced)

@@ -173,11 +173,10 @@ class Run:
 
         Raises:
             InputError: A swap is not possible.
-            RecordingError: The file of knowledge cannot be read.
         """
         spec, catalog, options, stage, agents = self.spec, self.catalog, self.options, self.stage, self.agents
         self._memory = Memory(options.knowledge, agents)
-        self._stack.callback(lambda: self._files.attempt("the knowledge", self._memory.close))
+        self._stack.callback(self._remember)
         limit = spec.duration if options.duration is None else options.duration
         swaps = rehearse_swaps(
             options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=options.missions
@@ -249,7 +248,7 @@ class Run:
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = self._record = RunRecord(self.header, self._files.recorder, heard, batched=lockstep)
         self._stack.callback(record.flush)
-        self._memory.start(f"{self.spec.name}-{options.seed}", patient=lockstep)
+        self._memory.start()
         desk = CommandDesk(options.commands, taken, self._swaps, self._rules, self._relay, stage)
 
         def between(t: float) -> bool:
@@ -281,7 +280,7 @@ class Run:
     def finish(self) -> None:
         """Make the summary, and complete the recording with it."""
         self._attempt(self._record.check)
-        self._files.attempt("the knowledge", self._memory.close)
+        self._remember()
         result, agents = self._episode.result(), self.stage.agents
         sharing = {a.name: None if a.sharing is None else a.sharing.statistics() for a in agents}
         unrecorded = Unrecorded(result.wall_time, result.trajectory_hash, sharing, self._memory.summary())
@@ -310,6 +309,10 @@ class Run:
             live.begin(self.header)
         self._files.begin(self.header, self.stage.agents if self.options.btlog else ())
         self._stack.callback(self._files.abandon)
+
+    def _remember(self) -> None:
+        """Write the file of knowledge, unless it is written already or the robots never started."""
+        self._files.attempt(f"the knowledge '{self.options.knowledge}'", self._memory.write)
 
     def _ended(self) -> str:
         return self._signals.reason

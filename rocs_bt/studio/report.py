@@ -52,9 +52,6 @@ def render_knowledge(log: ChangeLog) -> str:
     tracks = Tracks(RunHeader(scenario=title, seed=0, command=log.label, start=log.begin, agents=(agent,)))
     tracks.take(log.all_changes())
     tracks.end = max(tracks.end, log.end)
-    for later, (first, last) in zip(log.stretches[1:], log.gaps, strict=True):
-        text = f"the changes of revisions {first} to {last} are missing"
-        tracks.log.append(LogLine(later.begin, log.agent, Level.WARNING, text, None))
     return render_page(title, pack(tracks, {}))
 
 

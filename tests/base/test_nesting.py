@@ -9,7 +9,6 @@ from rocs_bt.base.nesting import LIMIT, check_nesting, too_deep
 
 READERS = {
     "knowledge": "from_json_text('{\"a\": ' + '[' * 200_000, Path('k.json'))",
-    "attribute": "load(b'{\"a\":' + b'[' * 200_000)",
     "event": 'codec.decode(b\'{"type":"KnowledgeChanged","value":\' + b\'[\' * 200_000)',
 }
 SCRIPT = """
@@ -17,7 +16,6 @@ import sys
 from pathlib import Path
 from rocs_bt.base.errors import RocsError
 from rocs_bt.knowledge.history import from_json_text
-from rocs_bt.knowledge.history.values import load
 from rocs_bt.record import codec
 
 sys.setrecursionlimit(1_000_000)

@@ -7,24 +7,24 @@ import pytest
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.cli.main import call
-from rocs_bt.event import NullSink
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import Journal
+from rocs_bt.record import AgentInfo, RunHeader
+from rocs_bt.record.header import SignalInfo
+from rocs_bt.record.recorder import Recorder
 
 
 @pytest.fixture
 def kept(tmp_path):
-    clock = SimulatedClock(0.05)
-    graph = KnowledgeGraph(clock, NullSink(), "R2")
-    file = tmp_path / "mind.sqlite"
-    with Journal(file, "a run") as journal:
-        journal.attach(graph)
-        graph.add("box", "object", pose=Pose2(1.0, 0.0), moves=True)
-        for _ in range(20):
-            clock.advance()
-        graph.set("box", moves=False, pose=Pose2(3.0, 0.0))
-        graph.add("anna", "person", pose=Pose2(2.0, 0.0))
-    return str(file)
+    agent = AgentInfo(name="R2", robot="", mission="", signals=(SignalInfo(name="speed"),))
+    header = RunHeader(scenario="yard", seed=1, agents=(agent,))
+    clock, recorder = SimulatedClock(0.05), Recorder(tmp_path / "run.mcap", header)
+    graph = KnowledgeGraph(clock, recorder, "R2")
+    graph.add("box", "object", pose=Pose2(1.0, 0.0), moves=True)
+    clock.advance(20)
+    graph.set("box", moves=False, pose=Pose2(3.0, 0.0))
+    graph.add("anna", "person", pose=Pose2(2.0, 0.0))
+    recorder.close()
+    return str(tmp_path / "run.mcap")
 
 
 def test_answers_are_a_table_or_json(kept, capsys):

@@ -25,7 +25,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import SCHEMA as KNOWN
 from rocs_bt.knowledge import KnowledgeGraph, load_schema
-from rocs_bt.knowledge.history import History, Journal, State, from_json_text, to_json_text
+from rocs_bt.knowledge.history import State, from_json_text, to_json_text
 from rocs_bt.plan.action_node import action_nodes
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
@@ -62,27 +62,15 @@ def made(folder: Path, kind: str) -> Path:
         recorder.close(synthetic.summary())
         return path
     graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2")
-    with Journal(folder / "k.sqlite", "run", keep=4) as journal:
-        journal.attach(graph)
-        for count in range(8):
-            graph.add(f"o{count}", "object", radius=1.0)
-    if kind == "k.sqlite":
-        return path
-    with History(folder / "k.sqlite") as history:
-        state: State = history.as_of()
-    path.write_text(to_json_text(state), "utf-8")
+    for count in range(8):
+        graph.add(f"o{count}", "object", radius=1.0)
+    path.write_text(to_json_text(State.of(graph)), "utf-8")
     return path
 
 
 def read_recording(path: Path) -> None:
     recording = Recording.open(path)
     list(recording.events())
-
-
-def read_history(path: Path) -> None:
-    with History(path) as history:
-        history.as_of()
-        list(history.changes())
 
 
 def read_robot(path: Path) -> None:
@@ -135,7 +123,6 @@ LOADERS = {
     "palette.xml": Loader(lambda path: read_palettes([path]), palette(BUILTIN.values())),
     "mission.py": Loader(classes_in, shipped("planners/missions/go_to.py")),
     "run.mcap": Loader(read_recording, "run.mcap"),
-    "k.sqlite": Loader(read_history, "k.sqlite", 25),
     "k.json": Loader(lambda path: from_json_text(path.read_text("utf-8", "replace"), path), "k.json"),
     "substitutions.json": Loader(read_substitutions, SUBSTITUTIONS),
     "map.yaml": Loader(read_map_yaml, YAML),
@@ -278,7 +265,7 @@ def test_whatever_a_file_holds_it_is_read_or_refused_for_long(name, tmp_path):
     print(f"{name}: {total} files, {read} read, {total - read} refused")
 
 
-@pytest.mark.parametrize("name", [n for n in LOADERS if n not in ("run.mcap", "k.sqlite", "rules.toml")])
+@pytest.mark.parametrize("name", [n for n in LOADERS if n not in ("run.mcap", "rules.toml")])
 def test_repetitions_without_end_are_read_or_refused(name, tmp_path):
     path = tmp_path / name
     for piece in PIECES:

@@ -116,7 +116,7 @@ WRITERS = [
     ("export r --rosbag bag --storage sqlite3", "bag"),
     ("knowledge show r --out k.html", "k.html"),
     ("knowledge export r --out k2.json", "k2.json"),
-    ("knowledge import k.json k.sqlite", ""),
+    ("knowledge import k.json k3.json", ""),
     ("show --palette --out p.xml", "p.xml"),
     ("show go_to --format svg --out p.svg", "p.svg"),
     ("new p", "p"),
@@ -125,7 +125,7 @@ WRITERS = [
     ("compare none random --scenario exp1 --report c.html", "c.html"),
     ("compare none random --scenario exp1 --store c", ""),
     ("run exp1 --for 0.3 --out n", "n/report.html"),
-    ("run exp1 --for 0.3 --no-report --out n --knowledge k2.sqlite", ""),
+    ("run exp1 --for 0.3 --no-report --out n --knowledge k4.json", ""),
     ("run exp1 --for 0.3 --no-report --out n --video v.gif", "v.gif"),
 ]
 

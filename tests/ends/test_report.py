@@ -58,7 +58,7 @@ def plain(summary: Summary) -> dict[str, Any]:
 def test_a_recording_gives_the_summary_of_its_run(project, capsys, scenario: str, options: dict[str, Any]) -> None:
     (project / "scenarios/required.toml").write_text(REQUIRED)
     if options.pop("knowledge", False):
-        options["knowledge"] = project / "known.sqlite"
+        options["knowledge"] = project / "known.json"
     live = rocs_bt.run(scenario, Catalog(project), out="out", report=False, **options).summary
     capsys.readouterr()
     assert call(["report", "out", "--out", "again"]) == 0

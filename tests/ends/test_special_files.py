@@ -31,6 +31,7 @@ WORLD = '<mujoco><include file="walls.xml"/></mujoco>'
 SUBTREES = '<root BTCPP_format="4"><include path="part.xml"/></root>'
 BTPROJ = '<root BTCPP_format="4" project_name="p"><include path="part.xml"/></root>'
 YAML = "image: m.pgm\nresolution: 0.1\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
+KNOWLEDGE = '{"format": "knowledge/1", "agents": []}'
 
 READ: list[tuple[str, str, dict[str, str]]] = [
     # command, the file in the way, files beside it
@@ -56,7 +57,7 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("check --palette p.xml planners/missions", "p.xml", {}),
     ("run first --for 0.1", "scenarios/first.toml", {}),
     ("run p.toml", "p.toml", {}),
-    ("run first --for 0.1 --knowledge k.sqlite", "k.sqlite", {}),
+    ("run first --for 0.1 --knowledge k.json", "k.json", {}),
     ("run first --for 2 --swap patrol=p.xml@1", "p.xml", {}),
     ("drive p.toml", "p.toml", {}),
     ("sim p.toml --ros2", "p.toml", {}),
@@ -80,13 +81,13 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("export r --rosbag bag", "r/run.mcap", {}),
     ("plot r", "r/run.mcap", {}),
     ("requirements r", "r/run.mcap", {}),
-    ("knowledge show k.sqlite", "k.sqlite", {}),
     ("knowledge show k.json", "k.json", {}),
     ("knowledge export k.json", "k.json", {}),
     ("knowledge export r", "r/run.mcap", {}),
-    ("knowledge import k.json k.sqlite", "k.json", {}),
-    ("knowledge query r true", "r/knowledge.sqlite", {}),
-    ("knowledge why k.sqlite", "k.sqlite", {}),
+    ("knowledge import k.json kept.json", "k.json", {}),
+    ("knowledge import k.json kept.json", "kept.json", {"k.json": KNOWLEDGE}),
+    ("knowledge query r true", "r/run.mcap", {}),
+    ("knowledge why k.json", "k.json", {}),
     ("compare brisk --scenario first --store s", "s/episodes.sqlite", {}),
     ("compare brisk --scenario p.toml", "p.toml", {}),
     ("compare p.toml --scenario first", "p.toml", {}),

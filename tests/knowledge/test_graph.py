@@ -29,20 +29,6 @@ def told(sink: ListSink) -> list[tuple[str, str, str, object]]:
     return [(e.what, e.subject, e.name, e.value) for e in sink.events if isinstance(e, KnowledgeChanged)]
 
 
-def test_an_attribute_is_read_as_it_was_written(graph: KnowledgeGraph) -> None:
-    graph.set("box", radius=0.5, moves=True)
-    assert graph.get("box", "radius") == 0.5
-    assert graph.attributes("box") == {"pose": THERE, "radius": 0.5, "moves": True}
-    assert (graph.kind("box"), graph.has("box"), graph.has("bx")) == ("object", True, False)
-
-
-def test_an_attribute_nobody_wrote_is_none_or_its_default(graph: KnowledgeGraph) -> None:
-    assert graph.get("box", "height") is None
-    assert graph.get("home", "tolerance") == 0.1
-    graph.set("box", radius=None)
-    assert "radius" not in graph.attributes("box")
-
-
 def test_everything_written_has_a_time_and_a_revision(graph: KnowledgeGraph, clock: SimulatedClock) -> None:
     first = graph.revision
     clock.advance(2)
@@ -96,32 +82,6 @@ def test_each_change_is_an_event_with_the_next_revision(graph: KnowledgeGraph, s
     assert [e.revision for e in sink.events] == list(range(first + 1, first + 10))
     assert [e.attributes["distance"] for e in sink.events if "edge" in e.what and e.attributes] == [1.0, 2.0]
     assert {e.agent for e in sink.events} == {"R2"}
-
-
-def test_a_single_relation_lets_go_of_its_old_target(graph: KnowledgeGraph, sink: ListSink) -> None:
-    graph.add("away", "goal", pose=THERE)
-    graph.relate("R2", "pursues", "home")
-    sink.events.clear()
-    graph.relate("R2", "pursues", "away")
-    assert graph.related("R2", "pursues") == ["away"]
-    assert told(sink) == [("edge removed", "R2", "pursues", "home"), ("edge added", "R2", "pursues", "away")]
-
-
-def test_removing_a_node_removes_its_edges_on_both_sides_and_loops_once(graph: KnowledgeGraph, sink: ListSink) -> None:
-    graph.relate("R2", "near", "box")
-    graph.relate("box", "near", "home")
-    graph.relate("box", "near", "box")
-    sink.events.clear()
-    graph.remove("box")
-    assert graph.related("R2", "near") == []
-    assert graph.view.number_of_edges() == 0
-    assert sorted(told(sink))[:3] == [
-        ("edge removed", "R2", "near", "box"),
-        ("edge removed", "box", "near", "box"),
-        ("edge removed", "box", "near", "home"),
-    ]
-    graph.add("box", "place", pose=HERE)
-    assert graph.related("box", "near") == []
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
 from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
-from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
+from rocs_bt.knowledge.history import State, load_into, persistent_part
 from rocs_bt.share.network import Impairments
 from rocs_bt.share.scope import Scope
 from rocs_bt.share.sharing import Ageing
@@ -186,21 +186,16 @@ class TestPeers:
 
 
 class TestDisk:
-    def test_what_was_acknowledged_outlives_the_end_of_all_where_one_keeps_a_journal(self, tmp_path):
-        """A journal follows a graph, and what peers wrote is in it too: who acknowledged it has it on disk."""
+    def test_what_peers_wrote_is_in_the_knowledge_that_a_robot_keeps(self):
         peers = Peers(2).start()
-        journal = Journal(tmp_path / "R1.sqlite", blocking=True)
-        journal.attach(peers.knowledge["R1"].graph)
         peers.knowledge["R0"].graph.add("dock", "place", pose=Pose2(1.0, 2.0, 0.5))
         peers.turn(5)
         assert peers.sharing["R0"].acknowledged == peers.sharing["R0"].written
-        journal.flush()
+        kept = persistent_part(State.of(peers.knowledge["R1"].graph))
         for name in ("R0", "R1"):
             peers.kill(name)
         peers.start()
-        journal.close()
-        with History(tmp_path / "R1.sqlite", "R1") as past:
-            load_into(peers.knowledge["R1"].graph, persistent_part(past.as_of(), past.schema, past.path)[0])
+        load_into(peers.knowledge["R1"].graph, kept)
         peers.settle()
         assert peers.knowledge["R0"].graph.get("dock", "pose") == Pose2(1.0, 2.0, 0.5)
 

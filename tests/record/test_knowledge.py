@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -10,52 +9,42 @@ import pytest
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.event import BodyMoved, NullSink
+from rocs_bt.event import BodyMoved, Fanout
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import History, Journal, State, log_of
+from rocs_bt.knowledge.history import ChangeLog, State
 from rocs_bt.record.knowledge import draw, recorded_log
 from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
-from rocs_bt.studio.report import render_knowledge
 
 from .. import synthetic
-from ..pages import log_of as page_log
 
 EVIL = "</script><b>&'\""
 
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
-    """A recording and a journal of the same graph, which changes for two seconds; and the graph."""
+    """A recording of a graph that changes for two seconds; and the graph."""
     folder = tmp_path_factory.mktemp("told")
     clock, recorder = SimulatedClock(0.05), Recorder(folder / "run.mcap", synthetic.header())
-    graph = KnowledgeGraph(clock, recorder, "R2")
-    with Journal(folder / "knowledge.sqlite", "exp1-7", blocking=True) as journal:
-        journal.attach(graph)
-        graph.add("R2", "robot")
-        graph.add("origin", "goal", pose=Pose2(0.0, 0.0))
-        graph.relate("R2", "pursues", "origin")
-        for count in range(41):
-            if count == 10:
-                graph.add("box", "object", radius=0.2)
-                graph.relate("R2", "near", "box", distance=1.0)
-            if count > 10 and count % 5 == 0:
-                graph.set("box", distance=count * 0.1)
-            if count == 30:
-                graph.remove("box")
-                graph.add("box", "object")
-            clock.advance()
-        graph.add(EVIL, "object")
+    log = ChangeLog(State("R2"))
+    graph = KnowledgeGraph(clock, Fanout(recorder, log), "R2")
+    graph.add("R2", "robot")
+    graph.add("origin", "goal", pose=Pose2(0.0, 0.0))
+    graph.relate("R2", "pursues", "origin")
+    for count in range(41):
+        if count == 10:
+            graph.add("box", "object", radius=0.2)
+            graph.relate("R2", "near", "box", distance=1.0)
+        if count > 10 and count % 5 == 0:
+            graph.set("box", distance=count * 0.1)
+        if count == 30:
+            graph.remove("box")
+            graph.add("box", "object")
+        clock.advance()
+    graph.add(EVIL, "object")
     recorder.close()
-    return folder, graph
-
-
-@pytest.fixture(scope="module")
-def logs(told):
-    folder, _ = told
-    with History(folder / "knowledge.sqlite") as history:
-        return recorded_log(Recording.open(folder)), history
+    return folder, graph, log
 
 
 def everything(state):
@@ -63,12 +52,12 @@ def everything(state):
     return nodes, {e: state.edge(*e) for e in state.edges()}
 
 
-def test_a_recording_and_a_journal_hold_the_same(told, logs):
-    _, graph = told
-    one, two = logs
+def test_a_recording_holds_what_the_log_of_the_run_held(told):
+    folder, graph, log = told
+    recorded = recorded_log(Recording.open(folder))
     for t in (0.0, 0.49, 0.5, 1.0, 1.5, 2.0, None):
-        assert everything(one.as_of(t)) == everything(two.as_of(t))
-    assert everything(one.as_of()) == everything(graph)
+        assert everything(recorded.as_of(t)) == everything(log.as_of(t))
+    assert everything(recorded.as_of()) == everything(graph)
 
 
 def test_a_recorded_log_ends_with_the_run_and_not_with_its_newest_change(tmp_path):
@@ -78,31 +67,6 @@ def test_a_recorded_log_ends_with_the_run_and_not_with_its_newest_change(tmp_pat
     recorder.close()
     log = recorded_log(Recording.open(tmp_path))
     assert (log.begin, log.end) == (0.0, 7.5)
-
-
-def test_a_gap_in_a_journal_is_told_and_the_state_after_it_is_right(tmp_path):
-    graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2")
-    graph.add("R2", "robot")
-    path = tmp_path / "k.sqlite"
-    with Journal(path, limit=2, every=0.001) as journal:
-        journal.attach(graph)
-        graph.add("gone", "object")
-        journal.flush()
-        other = sqlite3.connect(path, isolation_level=None)
-        other.execute("BEGIN IMMEDIATE")
-        for count in range(20):
-            graph.add(f"o{count}", "object")
-        graph.remove("gone")
-        other.execute("COMMIT")
-        other.close()
-    with History(path) as history:
-        assert history.gaps
-    assert everything(history.as_of()) == everything(graph)
-    after = State("R2")
-    for change in history.all_changes():
-        after.apply(change)
-    assert everything(after) == everything(graph)
-    assert "are missing" in page_log(render_knowledge(history))[0]
 
 
 def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
@@ -115,9 +79,13 @@ def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
 
 
 def test_a_state_alone_is_a_log_too(told):
-    _, graph = told
-    log = log_of(State.of(graph), "export")
+    _, graph, _ = told
+    state = State.of(graph)
+    log = ChangeLog(state, "export")
     assert everything(log.as_of()) == everything(graph)
+    assert (log.begin, log.end) == (state.t, state.t)
+    assert log.all_changes()[0].what == "node added"
+    assert {c.t for c in log.all_changes()} == {state.t}
 
 
 def test_every_node_stands_apart_from_every_other():
@@ -132,7 +100,7 @@ def test_every_node_stands_apart_from_every_other():
 
 
 def test_the_picture_is_well_formed_and_has_everything(told):
-    _, graph = told
+    _, graph, _ = told
     root = ET.fromstring(draw(graph, "R2"))
     space = {"s": "http://www.w3.org/2000/svg"}
     assert len(root.findall(".//s:g[@class='node']", space)) == len(graph.nodes())

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.knowledge.history import History
+from rocs_bt.record import Recording
+from rocs_bt.record.knowledge import recorded_log
 
 SCENARIO = 'format = "scenario/2"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "pioneer_p3dx_tracking"\n'
 
@@ -23,15 +24,15 @@ def test_what_it_believes_in_is_there_and_what_stands_is_not_said_to_move(tmp_pa
     path = tmp_path / "scenarios/track.toml"
     path.parent.mkdir()
     path.write_text(SCENARIO, encoding="utf-8")
-    result = run("track", Catalog(tmp_path), knowledge=tmp_path / "k.sqlite")
+    result = run("track", Catalog(tmp_path), out=tmp_path / "run", report=False)
     assert result.summary.agents["R2"].outcome == "success"
     errors, moving = [], 0
-    with History(str(tmp_path / "k.sqlite")) as history:
-        for t in range(1, 15):
-            state = history.as_of(float(t))
-            for node in (n for n in state.nodes("object") if state.get(n, "pose") is not None):
-                errors.append(away(*state.get(node, "pose")[:2]))
-                moving += bool(state.get(node, "moves"))
+    log = recorded_log(Recording.open(tmp_path / "run"))
+    for t in range(1, 15):
+        state = log.as_of(float(t))
+        for node in (n for n in state.nodes("object") if state.get(n, "pose") is not None):
+            errors.append(away(*state.get(node, "pose")[:2]))
+            moving += bool(state.get(node, "moves"))
     assert len(errors) > 40
     assert max(errors) < 0.5
     assert sum(error < 0.35 for error in errors) > 0.9 * len(errors)

@@ -1,25 +1,17 @@
-"""History of knowledge: the change log, the journal that stores it in a file, and exports."""
+"""History of knowledge: the change log of a run, the state at any time, and files of knowledge."""
 
-from .change_log import ChangeLog, Stretch, log_of
-from .exchange import from_json_text, to_json_text
-from .history import History, RunEntry
-from .journal import Journal, JournalPast, write_state
+from .change_log import ChangeLog
+from .exchange import from_json_text, read_knowledge, to_json_text
 from .load import LoadResult, load_into, persistent_part
 from .state import State
 
 __all__ = [
     "ChangeLog",
-    "History",
-    "Journal",
-    "JournalPast",
     "LoadResult",
-    "RunEntry",
     "State",
-    "Stretch",
     "from_json_text",
     "load_into",
-    "log_of",
     "persistent_part",
+    "read_knowledge",
     "to_json_text",
-    "write_state",
 ]

@@ -1,151 +1,83 @@
-"""Lossless JSON export and import of one graph state."""
+"""Files of knowledge: lossless JSON of the states of agents' graphs."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from json.scanner import py_make_scanner  # type: ignore[attr-defined]  # typeshed lacks it
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Annotated, Any, NoReturn, TypeAlias, TypeVar
 
 import msgspec
 
-from ...base.errors import Fault, InputError
+from ...base.clock import SimulatedClock
+from ...base.errors import Fault, InputError, KnowledgeError
+from ...base.files import is_file, read_text
 from ...base.nesting import check_nesting
+from ...event import NullSink, Value
+from ..declaration import checked
+from ..graph import KnowledgeGraph
+from ..readable import Stamp
 from ..schema import SCHEMA, Schema
-from .importer import EdgeEntry, Importer, NodeEntry
-from .state import State
-from .values import dump, from_json, to_json
+from .state import State, plain, typed
 
 FORMAT = "knowledge/1"
-_KEYS = ("format", "agent", "t", "revision", "nodes", "edges")
+_INT64 = 1 << 63
+_ENCODE = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
+_Revision = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+_Time = Annotated[float, msgspec.Meta(ge=-1e15, le=1e15)]
+_Entry = TypeVar("_Entry", bound=msgspec.Struct)
+_Where: TypeAlias = tuple[str | int, ...]  # keys and indices from the top of the document
 
 
-def to_json_text(state: State) -> str:
-    """A state as lossless JSON, one line per node and edge; equal states give equal texts."""
-    head = {"format": FORMAT, "agent": state.agent, "t": to_json(state.t), "revision": state.revision}
-    lines = ",\n".join(f"{_text(key)}: {_text(value)}" for key, value in head.items())
-    nodes, edges = ",\n".join(map(_text, _nodes(state))), ",\n".join(map(_text, _edges(state)))
-    return f'{{\n{lines},\n"nodes": [\n{nodes}\n],\n"edges": [\n{edges}\n]\n}}\n'
+class _Node(msgspec.Struct, forbid_unknown_fields=True):
+    """A node; `stamps` has time [s] and revision of each attribute, by default those of the node."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    kind: str
+    t: _Time
+    revision: _Revision
+    attributes: dict[str, Any] = {}
+    stamps: dict[str, tuple[_Time, _Revision]] = {}
 
 
-def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
-    """Read a state from JSON and check it against a schema.
-
-    Args:
-        text: JSON, from `to_json_text` or another program.
-        file: File of the text, for messages.
-        schema: Allowed kinds and relations.
-
-    Raises:
-        InputError: All faults, each at its line and column.
-    """
-    values = _read(text, file)
-    t, revision = _head(values, file)
-    importer = Importer(file, values["agent"], schema)
-    positions = _Positions(text)
-    kinds: tuple[tuple[str, type[NodeEntry | EdgeEntry], Callable[[Any], None]], ...]
-    kinds = ("nodes", NodeEntry, importer.node), ("edges", EdgeEntry, importer.edge)
-    for key, kind, take in kinds:
-        for index, value in enumerate(values[key]):
-            before = len(importer.faults)
-            try:
-                take(_entry(value, kind))
-            except (msgspec.ValidationError, ValueError) as error:
-                importer.fault(f"this is not {'a node' if kind is NodeEntry else 'an edge'}: {error}.")
-            if len(importer.faults) > before:
-                line, column = positions.of(key, index)
-                importer.faults[-1] = replace(importer.faults[-1], line=line, column=column)
-    return importer.done(t, revision)
+class _Edge(msgspec.Struct, forbid_unknown_fields=True):
+    source: str
+    relation: str
+    target: str
+    t: _Time
+    revision: _Revision
+    attributes: dict[str, Any] = {}
 
 
-class _Positions:
-    """Positions of list elements in a JSON document; computed only when a fault needs one, because this is slow."""
+class _Agent(msgspec.Struct, forbid_unknown_fields=True):
+    """State of an agent; its time is null before its first change."""
 
-    def __init__(self, text: str) -> None:
-        self._text = text
-        self._offsets: dict[int, int] = {}
-        self._values: dict[str, Any] = {}
-
-    def of(self, key: str, index: int) -> tuple[int, int]:
-        """1-based line and column of an element of the list `key`; both 0 if the element is not an object."""
-        if not self._values:
-            decoder: Any = json.JSONDecoder()
-            inner = decoder.parse_object
-
-            def parse_object(start: tuple[str, int], *rest: Any) -> tuple[Any, int]:
-                value, end = inner(start, *rest)
-                self._offsets[id(value)] = start[1] - 1
-                return value, end
-
-            decoder.parse_object = parse_object
-            decoder.scan_once = py_make_scanner(decoder)
-            with contextlib.suppress(RecursionError):  # nested lists; then no position is known
-                self._values = decoder.decode(self._text)
-        offset = self._offsets.get(id(self._values[key][index])) if self._values else None
-        if offset is None:
-            return 0, 0
-        return self._text.count("\n", 0, offset) + 1, offset - self._text.rfind("\n", 0, offset)
+    agent: str
+    t: _Time | None
+    revision: _Revision
+    nodes: list[Any]
+    edges: list[Any]
 
 
-def _read(text: str, file: Path) -> dict[str, Any]:
-    """Parse a text to a JSON object; raises InputError."""
-    try:
-        check_nesting(text)
-        values = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse).decode(text)
-        if not isinstance(values, dict):
-            raise ValueError("it must be an object, such as {}")
-    except json.JSONDecodeError as error:
-        raise InputError(Fault(f"this is not valid JSON: {error.msg}.", file, error.lineno, error.colno)) from error
-    except ValueError as error:  # too many digits, NaN, a repeated key
-        raise InputError(Fault(f"this is not valid JSON: {error}.", file, 1, 1)) from error
-    return values
+# -- writing ----------------------------------------------------------------------------------------------------------
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        twice = next(name for name in found if sum(name == other for other, _ in pairs) > 1)
-        raise ValueError(f"'{twice}' is repeated in one object")
-    return found
+def to_json_text(*states: State) -> str:
+    """The states of agents as lossless JSON, one line per node and edge; equal states give equal texts."""
+    agents = ",\n".join(map(_agent_text, states))
+    return f'{{\n"format": "{FORMAT}",\n"agents": [\n{agents}\n]\n}}\n'
 
 
-def _refuse(name: str) -> NoReturn:
-    raise ValueError(f'{name} is not allowed; write {{"float": "inf"}}')
-
-
-def _head(values: dict[str, Any], file: Path) -> tuple[float, int]:
-    """Check the top-level keys of a JSON document and return its time [s] and revision."""
-    faults = [f"there is no '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in _KEYS if key not in values]
-    faults += [
-        f"unknown key '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in values if key not in _KEYS
-    ]
-    if (found := values.get("format", FORMAT)) != FORMAT:
-        faults.append(f"the format is {found!r:.40}; this version of rocs_bt reads {FORMAT!r}.")
-    agent, revision = values.get("agent", ""), values.get("revision", 0)
-    if not isinstance(agent, str):
-        faults.append(f"the agent must be a text, found {agent!r:.40}.")
-    if type(revision) is not int or not 0 <= revision <= 2**62:
-        faults.append(f"the revision must be a whole number from 0, found {revision!r:.40}.")
-    try:
-        t = from_json(values.get("t", 0.0))
-    except ValueError:
-        t = None
-    if isinstance(t, bool) or not isinstance(t, (int, float)) or math.isnan(t) or (abs(t) > 1e15 and t != -math.inf):
-        faults.append(f"the time must be a number of seconds, found {values.get('t')!r:.40}.")
-    faults += [f"'{key}' must be a list." for key in ("nodes", "edges") if not isinstance(values.get(key, []), list)]
-    if faults:
-        raise InputError(*(Fault(fault, file) for fault in faults))
-    return float(t), revision  # type: ignore[arg-type]  # checked above
-
-
-def _entry(value: Any, kind: type[NodeEntry | EdgeEntry]) -> Any:
-    entry = msgspec.convert(value, kind)
-    entry.attributes = {name: from_json(given) for name, given in entry.attributes.items()}
-    return entry
+def _agent_text(state: State) -> str:
+    t = state.t if math.isfinite(state.t) else None
+    head = ", ".join(
+        f'"{key}": {_ENCODE(value)}' for key, value in (("agent", state.agent), ("t", t), ("revision", state.revision))
+    )
+    nodes, edges = ",\n".join(map(_ENCODE, _nodes(state))), ",\n".join(map(_ENCODE, _edges(state)))
+    return f'{{{head},\n"nodes": [\n{nodes}\n],\n"edges": [\n{edges}\n]}}'
 
 
 def _nodes(state: State) -> Iterator[dict[str, Any]]:
@@ -157,7 +89,7 @@ def _nodes(state: State) -> Iterator[dict[str, Any]]:
             "kind": state.kind(name),
             "t": t,
             "revision": revision,
-            "attributes": {a: to_json(state.get(name, a)) for a, _ in written},
+            "attributes": {a: _encoded(state.get(name, a)) for a, _ in written},
             "stamps": {a: list(stamp) for a, stamp in written},
         }
 
@@ -172,9 +104,210 @@ def _edges(state: State) -> Iterator[dict[str, Any]]:
             "target": target,
             "t": row["t"],
             "revision": row["revision"],
-            "attributes": {a: to_json(value) for a, value in sorted(known.items())},
+            "attributes": {a: _encoded(value) for a, value in sorted(known.items())},
         }
 
 
-def _text(value: Any) -> str:
-    return dump(value)
+def _encoded(value: Any) -> Any:
+    """A value for JSON; infinities, NaN and large integers become objects, such as `{"float": "inf"}`."""
+    if type(value) is float:
+        return value if math.isfinite(value) else {"float": repr(value)}
+    if type(value) is int and not -_INT64 <= value < _INT64:
+        return {"int": hex(value)}  # decimal digits are limited, and read back as float elsewhere
+    if isinstance(value, (list, tuple)):
+        return [_encoded(v) for v in value]
+    return value
+
+
+# -- reading ----------------------------------------------------------------------------------------------------------
+
+
+def read_knowledge(file: Path, schema: Schema = SCHEMA) -> dict[str, State]:
+    """Read a file of knowledge; see `from_json_text`.
+
+    Raises:
+        InputError: There is no such file, it cannot be read, or it has faults.
+    """
+    if not is_file(file):
+        hint = f"Write one: rocs-bt run SCENARIO --knowledge {file}"
+        raise InputError(Fault(f"there is no knowledge '{file}'.", hint=hint))
+    return from_json_text(read_text(file), file, schema)
+
+
+def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> dict[str, State]:
+    """Read the states of agents, by name, from JSON and check them against a schema.
+
+    Args:
+        text: JSON, from `to_json_text` or another program.
+        file: File of the text, for messages.
+        schema: Allowed kinds and relations.
+
+    Raises:
+        InputError: All faults, each at its line and column.
+    """
+    document, reader = _parsed(text, file), _Reader(schema)
+    reader.document(document)
+    if reader.faults:
+        positions = _Positions(text)
+        raise InputError(*(Fault(what, file, *positions.of(where)) for where, what in reader.faults))
+    return reader.states
+
+
+class _Reader:
+    """Builds the states in a document and collects its faults, each with its place in the document."""
+
+    def __init__(self, schema: Schema) -> None:
+        self.states: dict[str, State] = {}
+        self.faults: list[tuple[_Where, str]] = []
+        self._schema = schema
+
+    def document(self, document: Mapping[str, Any]) -> None:
+        """Read a whole document."""
+        keys = ("format", "agents")
+        for key in [*(key for key in keys if key not in document), *(key for key in document if key not in keys)]:
+            what = "unknown key" if key in document else "there is no"
+            self.faults.append(((), f"{what} '{key}'; a file of knowledge has {' and '.join(keys)}."))
+        if (found := document.get("format", FORMAT)) != FORMAT:
+            self.faults.append(((), f"the format is {found!r:.40}; this version of rocs_bt reads {FORMAT!r}."))
+        if not isinstance(agents := document.get("agents", []), list):
+            self.faults.append(((), "'agents' must be a list."))
+            agents = []
+        for index, value in enumerate(agents):
+            where = ("agents", index)
+            with self._at(where):
+                agent = _converted(value, _Agent, "the knowledge of an agent")
+                if agent.agent in self.states:
+                    raise KnowledgeError(f"agent '{agent.agent}' is there twice.")
+                self._state(where, agent)
+
+    def _state(self, where: _Where, agent: _Agent) -> None:
+        state = self.states[agent.agent] = State(agent.agent, self._schema)
+        # A live graph takes the same nodes and edges, because it has all the checks.
+        graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent.agent, self._schema)
+        for index, value in enumerate(agent.nodes):
+            with self._at((*where, "nodes", index)):
+                _add(_converted(value, _Node, "a node"), graph, state)
+        for index, value in enumerate(agent.edges):
+            with self._at((*where, "edges", index)):
+                _relate(_converted(value, _Edge, "an edge"), graph, state)
+        state.t, state.revision = -math.inf if agent.t is None else agent.t, agent.revision
+
+    @contextlib.contextmanager
+    def _at(self, where: _Where) -> Iterator[None]:
+        try:
+            yield
+        except (KnowledgeError, ValueError) as error:
+            self.faults.append((where, str(error)))
+
+
+def _converted(value: Any, kind: type[_Entry], name: str) -> _Entry:
+    """An entry of a document; raises ValueError."""
+    try:
+        entry = msgspec.convert(value, kind)
+        if isinstance(entry, _Node | _Edge):
+            entry.attributes = {name: _decoded(given) for name, given in entry.attributes.items()}
+    except (msgspec.ValidationError, ValueError) as error:
+        raise ValueError(f"this is not {name}: {error}.") from error
+    return entry
+
+
+def _decoded(value: Any) -> Value:
+    """A value that `_encoded` has encoded; raises ValueError for an object that it does not write."""
+    if isinstance(value, list):
+        return [_decoded(v) for v in value]  # type: ignore[misc]  # lists in JSON are of numbers here
+    match value:
+        case {"float": "inf" | "-inf" | "nan" as text} if len(value) == 1:
+            return float(text)
+        case {"int": str(text)} if len(value) == 1 and len(text) <= 4096:
+            return int(text, 16)
+        case dict():
+            shape = '{"float": "inf"} or {"int": "0x..."}'
+            raise ValueError(f"an object must be {shape}, found the keys {list(value)[:3]}")
+    return value  # type: ignore[no-any-return]  # a JSON value, checked by the schema later
+
+
+def _add(node: _Node, graph: KnowledgeGraph, state: State) -> None:
+    declared = graph.schema.kind(node.kind).attributes
+    values = _checked((node.kind, node.name), declared, node.attributes)
+    graph.add(node.name, node.kind, **values)
+    if unknown := node.stamps.keys() - values.keys():
+        raise KnowledgeError(f"'{node.name}' has a stamp of '{min(unknown)}', but no such attribute.")
+    stamp = Stamp(node.t, node.revision)
+    state.add(node.name, node.kind, stamp)
+    for name, value in values.items():
+        state.write(node.name, name, plain(value), Stamp(*node.stamps.get(name, stamp)))
+
+
+def _relate(edge: _Edge, graph: KnowledgeGraph, state: State) -> None:
+    source, relation, target = edge.source, edge.relation, edge.target
+    declared = graph.schema.relation(relation)
+    values = _checked((source, relation, target), declared.attributes, edge.attributes)
+    if there := graph.related(source, relation):
+        if target in there:
+            raise KnowledgeError(f"the edge {source} -{relation}-> {target} is there twice.")
+        if declared.single:
+            raise KnowledgeError(f"'{source}' {relation} '{there[0]}' already, and may have one only.")
+    # An attribute that the file omits was unknown, even if it has a default.
+    unknown = dict.fromkeys(name for name, each in declared.attributes.items() if not each.required)
+    graph.relate(source, relation, target, **(unknown | values))
+    known = {name: plain(value) for name, value in (graph.edge(source, relation, target) or {}).items()}
+    state.relate(source, relation, target, known, Stamp(edge.t, edge.revision))
+
+
+def _checked(owner: tuple[str, ...], declared: Mapping[str, Any], given: Mapping[str, Value]) -> dict[str, Any]:
+    return checked(owner, declared, {name: typed(value, declared.get(name)) for name, value in given.items()})
+
+
+def _parsed(text: str, file: Path) -> dict[str, Any]:
+    """Parse a text to a JSON object; raises InputError."""
+    try:
+        check_nesting(text)
+        document = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse).decode(text)
+        if not isinstance(document, dict):
+            raise ValueError("it must be an object, such as {}")
+    except json.JSONDecodeError as error:
+        raise InputError(Fault(f"this is not valid JSON: {error.msg}.", file, error.lineno, error.colno)) from error
+    except ValueError as error:  # too many digits, NaN, a repeated key
+        raise InputError(Fault(f"this is not valid JSON: {error}.", file, 1, 1)) from error
+    return document
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        twice = next(name for name in found if sum(name == other for other, _ in pairs) > 1)
+        raise ValueError(f"'{twice}' is repeated in one object")
+    return found
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f'{name} is not allowed; write {{"float": "inf"}}')
+
+
+class _Positions:
+    """Positions of objects in a JSON document; computed only if there are faults, because this is slow."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._offsets: dict[int, int] = {}
+        self._document: Any = None
+        decoder: Any = json.JSONDecoder()
+        inner = decoder.parse_object
+
+        def parse_object(start: tuple[str, int], *rest: Any) -> tuple[Any, int]:
+            value, end = inner(start, *rest)
+            self._offsets[id(value)] = start[1] - 1
+            return value, end
+
+        decoder.parse_object = parse_object
+        decoder.scan_once = py_make_scanner(decoder)
+        with contextlib.suppress(RecursionError):  # nested lists; then no position is known
+            self._document = decoder.decode(text)
+
+    def of(self, where: _Where) -> tuple[int, int]:
+        """1-based line and column of an object; those of the object around it if it is another value."""
+        value, offset = self._document, 0
+        for key in (*where, None):
+            offset = self._offsets.get(id(value), offset)
+            value = None if value is None or key is None else value[key]
+        return self._text.count("\n", 0, offset) + 1, offset - self._text.rfind("\n", 0, offset)

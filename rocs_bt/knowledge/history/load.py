@@ -1,16 +1,12 @@
-"""Loading of saved knowledge into the graph of a later run."""
+"""Knowledge of earlier runs in a later one: the part that lasts, and its way into the graph."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
-from ...base.errors import Fault, KnowledgeError
+from ...base.errors import KnowledgeError
 from ..graph import KnowledgeGraph
-from ..schema import Schema
-from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
-from .values import plain
 
 #: Kinds of nodes that are not loaded, because each run adds them itself or because they are valid only briefly. Kinds
 #: that extend these are not loaded either.
@@ -32,32 +28,19 @@ class LoadResult:
     refused: tuple[str, ...]
 
 
-def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
-    """Part of a state that is worth loading in later runs, and faults of nodes and edges that the schema refuses.
+def persistent_part(state: State) -> State:
+    """Part of a state that is worth loading in later runs.
 
     Nodes that belong to the earlier run are excluded: the robot, its parts and blocks, observations, and uses of
     strategies that had not ended. Nodes that may have moved since are excluded too: other robots, people, moving
     objects, and objects without a known pose. Edges of excluded nodes are excluded.
-
-    Args:
-        state: State at the end of an earlier run.
-        schema: Kinds and relations of the present run.
-        file: File of the state, for the faults.
     """
-    importer = Importer(file, state.agent, schema)
-    importer.state.t, importer.state.revision = state.t, state.revision
-    for name in state.nodes():
-        if _lasts(state, name):
-            written = {a: plain(state.get(name, a)) for a in state.written(name)}
-            stamps = {a: (stamp.t, stamp.revision) for a, stamp in state.written(name).items()}
-            stamp = state.stamp(name)
-            importer.node(NodeEntry(name, state.kind(name), stamp.t, stamp.revision, written, stamps))
-    for source, relation, target in state.edges():
-        if importer.state.has(source) and importer.state.has(target):
-            row = state.targets(source, relation)[target]
-            known = {a: plain(v) for a, v in (state.edge(source, relation, target) or {}).items()}
-            importer.edge(EdgeEntry(source, relation, target, row["t"], row["revision"], known))
-    return importer.state, importer.faults
+    lasting, part = {name for name in state.nodes() if _lasts(state, name)}, State(state.agent, state.schema)
+    for change in state.changes():
+        if change.subject in lasting and (change.what != "edge added" or change.value in lasting):
+            part.apply(change)
+    part.t, part.revision = state.t, state.revision
+    return part
 
 
 def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...base.errors import KnowledgeError
+from ...base.geometry import Pose2
 from ...event import KnowledgeChanged, Value
 from ..attribute import Attribute
 from ..declaration import Kind, Relation
 from ..graph import KnowledgeGraph
 from ..readable import Readable, Stamp
 from ..schema import SCHEMA, Schema
-from .values import plain, typed
 
 _NEVER = Stamp(-math.inf, 0)
 Row = dict[str, Any]
@@ -47,18 +45,13 @@ class State(Readable):
 
     @classmethod
     def of(cls, graph: KnowledgeGraph) -> State:
-        """A copy of a live graph; exact inside `graph.locked()`.
-
-        Without the lock, writers continue during the copy; applying the changes after its `revision` makes it exact.
-        """
-        state = cls(graph.agent, graph.schema, graph.clock.now(), graph.revision)
-        for name in graph.nodes():
-            with contextlib.suppress(KnowledgeError):  # removed in the meantime
+        """A copy of a live graph."""
+        with graph.locked():
+            state = cls(graph.agent, graph.schema, graph.clock.now(), graph.revision)
+            for name in graph.nodes():
                 state._copy_node(graph, name)
-        for relation in graph.schema.relations:
-            for source in state.nodes():
-                for target, row in graph.targets(source, relation).items():
-                    state._relate(source, relation, target, dict(row))
+            for source, relation, target in graph.edges():
+                state._relate(source, relation, target, dict(graph.targets(source, relation)[target]))
         return state
 
     def copy(self) -> State:
@@ -247,3 +240,15 @@ class State(Readable):
 
 def _attribute(value: Value) -> Attribute:
     return Attribute(tuple if isinstance(value, list) else type(value))
+
+
+def typed(value: Value, declared: Attribute | None) -> Any:
+    """A value in the type that the graph holds: a Pose2 if the schema declares one, a tuple for any other list."""
+    if isinstance(value, list):
+        return Pose2(*value) if declared is not None and declared.type is Pose2 and len(value) == 3 else tuple(value)
+    return value
+
+
+def plain(value: Any) -> Value:
+    """A value of the graph in the form that events hold: a list for a tuple or a pose."""
+    return list(value) if isinstance(value, tuple) else value

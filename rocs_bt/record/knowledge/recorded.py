@@ -11,7 +11,7 @@ from ...base.signal import Signal
 from ...event import KnowledgeChanged
 from ...expression import Environment
 from ...knowledge import SCHEMA, QueryContext, Schema
-from ...knowledge.history import ChangeLog, State, Stretch
+from ...knowledge.history import ChangeLog, State
 from ..recording import Recording
 from ..samples import TOPICS, environment_of, samples
 from ..tracks import Tracks
@@ -41,8 +41,7 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
     changes = sorted((e for e in found if e.agent == agent), key=lambda e: e.revision)
     if not changes:
         raise RecordingError(f"'{recording.path}' has no changes of the knowledge of {agent}.")
-    stretch = Stretch(State(agent, schema), changes)
-    return ChangeLog(agent, recording.header.label, schema, (stretch,), changes[0].t, end)
+    return ChangeLog(State(agent, schema), recording.header.label, changes, begin=changes[0].t, end=end)
 
 
 class RecordedSignals:

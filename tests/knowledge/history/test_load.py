@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ListSink, NullSink
-from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, KnowledgeGraph, Schema
-from rocs_bt.knowledge.history import History, Journal, State, load_into, persistent_part
-
-FILE = Path("k.sqlite")
+from rocs_bt.knowledge import Knowledge, KnowledgeGraph
+from rocs_bt.knowledge.history import State, load_into, persistent_part
 
 
-def graph_of(schema: Schema = SCHEMA) -> KnowledgeGraph:
-    graph = KnowledgeGraph(SimulatedClock(0.05), ListSink(), "R2", schema)
+def graph_of() -> KnowledgeGraph:
+    graph = KnowledgeGraph(SimulatedClock(0.05), ListSink(), "R2")
     graph.add("R2", "robot", mode="patrol")
     return graph
 
@@ -38,8 +33,7 @@ def earlier() -> State:
 
 
 def test_what_lasts_comes_back_and_what_belongs_to_a_run_does_not() -> None:
-    state, faults = persistent_part(earlier(), SCHEMA, FILE)
-    assert not faults
+    state = persistent_part(earlier())
     assert state.nodes() == ["dock", "gate", "shelf", "origin"]
     assert {*state.edges()} == {("dock", "connects", "gate"), ("shelf", "near", "dock")}
     graph = graph_of()
@@ -54,7 +48,7 @@ def test_what_is_told_now_stands_and_what_nobody_tells_is_remembered() -> None:
     graph = graph_of()
     graph.add("shelf", "object", pose=Pose2(9.0, 9.0))
     graph.add("dock", "goal", pose=Pose2(7.0, 7.0))
-    loaded = load_into(graph, persistent_part(earlier(), SCHEMA, FILE)[0])
+    loaded = load_into(graph, persistent_part(earlier()))
     assert graph.get("shelf", "pose") == Pose2(9.0, 9.0)
     assert graph.get("shelf", "radius") == 0.4
     assert graph.kind("dock") == "goal"
@@ -69,35 +63,14 @@ def test_what_came_of_strategies_is_remembered() -> None:
     knowledge.strategy.begin("detour", "the run's end cuts it off")
     later = Knowledge("R2", SimulatedClock(0.05), NullSink())
     later.strategy.add("detour")
-    assert not load_into(later.graph, persistent_part(State.of(knowledge.graph), SCHEMA, FILE)[0]).refused
+    assert not load_into(later.graph, persistent_part(State.of(knowledge.graph))).refused
     assert later.strategy.uses() == knowledge.strategy.uses() != []
     assert later.graph.nodes("use") == [use], "or it would be in force for ever"
 
 
-def test_it_is_one_write_which_can_be_repeated() -> None:
+def test_it_can_be_repeated() -> None:
     graph = graph_of()
-    writes: list[int] = []
-    graph.write_observers.add(lambda written: writes.append(len(written)))
-    state, _ = persistent_part(earlier(), SCHEMA, FILE)
+    state = persistent_part(earlier())
     load_into(graph, state)
-    assert len(writes) == 1
     again = load_into(graph, state)
     assert (again.nodes, again.edges, again.refused) == (0, 0, ())
-    assert len(writes) == 1
-
-
-def test_what_another_schema_declared_is_told_and_left_out(tmp_path: Path) -> None:
-    schema = SCHEMA.extended(kinds=[Kind("charger", {"power": Attribute(float)}, extends="place")])
-    graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2", schema)
-    graph.add("socket", "charger", pose=Pose2(0.0, 0.0), power=math.inf)
-    graph.add("dock", "place", pose=Pose2(1.0, 2.0))
-    graph.relate("socket", "connects", "dock", cost=2.0)
-    with Journal(tmp_path / "k.sqlite") as journal:
-        journal.attach(graph)
-    with History(tmp_path / "k.sqlite") as history:  # with the shipped schema
-        state = history.as_of()
-    assert state.attributes("socket") == {"pose": (0.0, 0.0, 0.0), "power": math.inf}
-    assert state.nodes("charger") == ["socket"]
-    kept, faults = persistent_part(state, SCHEMA, FILE)
-    assert kept.nodes() == ["dock"]
-    assert ["no kind named 'charger'" in fault.message for fault in faults] == [True]

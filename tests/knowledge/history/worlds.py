@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.event import KnowledgeChanged, ListSink
+from rocs_bt.event import Event, EventSink, KnowledgeChanged, ListSink
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, KnowledgeGraph, Readable, Relation
 
 ALL = {
@@ -63,7 +63,12 @@ class World:
 
     def __init__(self) -> None:
         self.clock, self.sink = SimulatedClock(0.05), ListSink()
-        self.graph = KnowledgeGraph(self.clock, self.sink, "R2", WIDE)
+        self.sinks: list[EventSink] = [self.sink]
+        self.graph = KnowledgeGraph(self.clock, self, "R2", WIDE)
+
+    def emit(self, event: Event) -> None:
+        for sink in self.sinks:
+            sink.emit(event)
 
     def take(self, step: Step) -> None:
         """One step; one that the graph would refuse is left out."""
