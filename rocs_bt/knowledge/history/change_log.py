@@ -77,7 +77,7 @@ class ChangeLog:
                 self.base.apply(self.changes.popleft())
 
     def as_of(self, t: float | None = None, *, revision: int | None = None) -> State:
-        """State of the graph at a time [s] or after a revision; by default the final state.
+        """State of the graph at a time [s] or after a revision, for reading only; by default the final state.
 
         Raises:
             KnowledgeError: The time or revision is before the oldest kept state, or the revision is unknown.
@@ -98,8 +98,7 @@ class ChangeLog:
             later = [*islice(changes, begin, until)]
         for change in later:
             state.apply(change)
-        with self._lock:
-            self._newest = state.copy()
+        self._newest = state
         return state
 
     def all_changes(self) -> list[KnowledgeChanged]:

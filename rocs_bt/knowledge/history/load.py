@@ -37,8 +37,8 @@ def persistent_part(state: State) -> State:
     """
     lasting, part = {name for name in state.nodes() if _lasts(state, name)}, State(state.agent, state.schema)
     for change in state.changes():
-        if change.subject in lasting and (change.what != "edge added" or change.value in lasting):
-            part.apply(change)
+        if change.subject in lasting:
+            part.apply(change)  # which ignores edges to nodes that are not there
     part.t, part.revision = state.t, state.revision
     return part
 

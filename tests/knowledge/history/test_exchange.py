@@ -44,6 +44,8 @@ def test_json_is_read_back_to_the_last_byte(steps: list[Step]) -> None:
     states = from_json_text(text, FILE, WIDE)
     assert to_json_text(*states.values()) == text
     assert held(states["R2"]) == held(world.graph)
+    for node in world.graph.nodes():
+        assert states["R2"].written(node) == State.of(world.graph).written(node)
     assert not states["R3"].nodes()
 
 
