@@ -26,6 +26,7 @@ class Memory:
 
     Raises:
         InputError: The file is not a file of knowledge, or has faults.
+        RecordingError: The file cannot be written.
     """
 
     def __init__(self, path: Path | None, agents: Sequence[Agent]) -> None:
@@ -33,23 +34,18 @@ class Memory:
         self._agents = agents
         self._begun = False
         known = self._read()
+        if path is not None and path.parent.is_dir():
+            try:
+                check_writable(path)  # now, and not after an hour
+            except OSError as error:
+                raise RecordingError(f"the knowledge '{path}' cannot be written: {error.strerror}.") from error
         lasting = {agent.name: persistent_part(known[agent.name]) for agent in agents if agent.name in known}
         self.recalled = to_json_text(*lasting.values()) if lasting else ""
         self._loaded = recall(lasting, agents)
 
     def start(self) -> None:
-        """The robots start: from now on the run has knowledge to keep.
-
-        Raises:
-            RecordingError: The file cannot be written.
-        """
-        if self._path is not None:
-            try:
-                self._path.parent.mkdir(parents=True, exist_ok=True)
-                check_writable(self._path)
-            except OSError as error:
-                raise RecordingError(f"the knowledge '{self._path}' cannot be written: {error.strerror}.") from error
-            self._begun = True
+        """The robots start: from now on the run has knowledge to keep."""
+        self._begun = True
 
     def write(self) -> None:
         """Replace the file as a whole, once; agents that have no part in this run keep their knowledge in it.
@@ -66,6 +62,7 @@ class Memory:
         except InputError as error:
             raise RecordingError(f"the knowledge '{self._path}' is not written: {error}") from error
         states |= {agent.name: State.of(agent.knowledge.graph) for agent in self._agents}
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(self._path, to_json_text(*states.values()))
 
     def summary(self) -> KnowledgeFile | UnsetType:

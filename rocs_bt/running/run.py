@@ -172,7 +172,8 @@ class Run:
         """Apply the options of a prepared run that name files: knowledge, swaps and changes of rules; make the header.
 
         Raises:
-            InputError: A swap is not possible.
+            InputError: A swap is not possible, or the file of knowledge has faults.
+            RecordingError: The file of knowledge cannot be written.
         """
         spec, catalog, options, stage, agents = self.spec, self.catalog, self.options, self.stage, self.agents
         self._memory = Memory(options.knowledge, agents)

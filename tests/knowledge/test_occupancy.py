@@ -88,15 +88,6 @@ def test_a_window_reaches_beyond_the_grid_and_knows_nothing_there():
     assert window.points() == pytest.approx(np.array([[0.95, 0.05]]))
 
 
-def test_a_place_is_forgotten_on_request():
-    grid = OccupancyGrid(0.1, 4.0)
-    seen(grid, (0.5, 0.5), (-1.0, -1.0))
-    seen(grid, (1.5, 1.5))
-    grid.clear(0.5, 0.5, 0.3)
-    assert grid.state(0.5, 0.5) == UNKNOWN
-    assert grid.state(-1.0, -1.0) == OCCUPIED
-
-
 @pytest.mark.parametrize("outside", [False, True])
 @pytest.mark.parametrize("span", [None, 4.7])
 def test_a_cleared_map_has_what_the_scanner_sees_and_what_it_cannot_look_at(span, outside):

@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import InputError
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
@@ -98,6 +98,12 @@ def test_a_run_that_is_cut_off_keeps_what_it_knows(tmp_path: Path, error: BaseEx
     assert state.kind("goal") == "goal"
     assert state.has("shelf")
     assert state.t > 0.5
+
+
+def test_a_file_that_cannot_be_written_is_refused_before_anything_is_replaced(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="it is a folder"):
+        run("exp1", Catalog(), duration=0.3, out=tmp_path / "run", knowledge=tmp_path)
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_file_that_is_broken_meanwhile_stays_as_it_is_and_the_run_says_so(tmp_path: Path) -> None:
