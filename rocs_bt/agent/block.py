@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 from ..base.errors import InputError
-from ..base.parameter import class_parameters, read_arguments
 from ..base.raised import content_line
 from ..catalog import AnalyzeSpec, MonitorSpec
-from ..declare import positions_of
+from ..declare import constructor_fields, read_arguments
 
 T = TypeVar("T")
 
 
-def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, file: Path, **passed: Any) -> T:
+def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, **passed: Any) -> T:
     """Construct a monitor or an analyser; `passed` are further positional arguments of its constructor.
 
     Raises:
@@ -24,8 +22,7 @@ def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, file: Path, **pass
         Exception: The constructor of a user's class raised this exception.
     """
     what = f"{cls.__name__} '{spec.name}'"
-    declared = class_parameters(cls, ("name", *passed))
-    given = read_arguments(declared, spec.parameters, what, file=file, positions=positions_of(spec.parameters))
+    given = read_arguments(constructor_fields(cls, ("name", *passed)), spec.parameters, what)
     make: Callable[..., T] = cls
     try:
         return make(spec.name, *passed.values(), **given)

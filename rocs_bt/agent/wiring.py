@@ -44,7 +44,7 @@ def make_monitors(
         with located_at(robot.file, spec.line):
             cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            monitor = make_block(cls, spec, robot.file, monitored=monitored, knowledge=knowledge, sink=sink)
+            monitor = make_block(cls, spec, monitored=monitored, knowledge=knowledge, sink=sink)
             for sensor, size in monitor.expects().items():
                 if sensor not in spec.sensors:
                     raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
@@ -76,7 +76,7 @@ def make_analyzers(
         with located_at(robot.file, spec.line):
             cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            analyzers.append(make_block(cls, spec, robot.file, knowledge=knowledge, sink=sink))
+            analyzers.append(make_block(cls, spec, knowledge=knowledge, sink=sink))
     found = {signal for analyze in analyzers for signal in _written(analyze)}
     by_name = {monitor.name: monitor for monitor in monitors}
     written = {name: _written(monitor) for name, monitor in by_name.items()}

@@ -9,9 +9,9 @@ from typing import Any
 from ..actions import action_table
 from ..agent import Controller
 from ..base.errors import Fault, InputError
-from ..base.parameter import Parameter
 from ..base.units import NONE
 from ..catalog import TREES, Catalog, Entry
+from ..declare import Field
 from ..event import TreeNode
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.dialects import dialect_in, elsewhere, recognised, shipped_nodes, tags_of
@@ -119,13 +119,13 @@ def _nodes(picture: Picture) -> Iterator[TreeNode]:
         waiting += reversed(below)
 
 
-def _any_value(parameter: Parameter) -> Any:
+def _any_value(each: Field) -> Any:
     """Placeholder for a required parameter, so that the tree can be built."""
-    return parameter.name if parameter.type is str else parameter.type(1)
+    return each.name if each.hint is str else each.hint(1)
 
 
-def _shown(parameter: Parameter) -> str:
-    if parameter.required:
+def _shown(each: Field) -> str:
+    if each.required:
         return "(required)"
-    unit = "" if parameter.dimension in (None, NONE) else f" {parameter.dimension}"
-    return f"{parameter.default}{unit}"
+    unit = "" if each.dimension in (None, NONE) else f" {each.dimension}"
+    return f"{each.default}{unit}"

@@ -108,7 +108,7 @@ def check_xml(
             inputs=missions.inputs(document.main(main).name),
         )
         required = {name: p for name, p in mission_parameters(build).items() if p.required}
-        given = {name: p.type(1) if p.type in (bool, int, float) else "" for name, p in required.items()}
+        given = {name: p.hint(1) if p.hint in (bool, int, float) else "" for name, p in required.items()}
         yield from build_faults(catalog.with_content(build, dialect), given)
 
 

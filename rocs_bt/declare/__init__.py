@@ -1,6 +1,7 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
 from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of, given_of, replaced, values_of
+from .functions import constructor_fields, keyword_fields
 from .marks import (
     Content,
     InFile,
@@ -17,13 +18,14 @@ from .marks import (
     Valid,
     Word,
 )
-from .open import Open, Place, has_key, place_of, positions_of
+from .open import Open, Place, has_key, place_of
 from .read import (
     Kind,
     checked,
     names_of,
     note_twice,
     read,
+    read_arguments,
     read_fields,
     read_key,
     read_root,
@@ -57,14 +59,16 @@ __all__ = [
     "Word",
     "Wrong",
     "checked",
+    "constructor_fields",
     "fields_of",
     "given_of",
     "has_key",
+    "keyword_fields",
     "names_of",
     "note_twice",
     "place_of",
-    "positions_of",
     "read",
+    "read_arguments",
     "read_fields",
     "read_key",
     "read_root",

@@ -14,8 +14,8 @@ import functools
 import numbers
 import types
 import typing
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
@@ -38,6 +38,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
 }
 _NO_KEYS = (ReadBy, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
+_LISTS = (list, tuple, Sequence)
 
 
 class Wrong(NamedTuple):
@@ -65,10 +66,12 @@ class Field:
         key: Key in a file.
         hint: Type of the value, or of each one of a list or table of values.
         marks: Marks of the annotation, the outermost last.
-        parts: Fields of a list with a fixed number of values, such as `tuple[Metres, Radians]`; else empty.
+        parts: Fields of a list with a fixed number of values, such as `tuple[Metres, Radians]`, or of each of a list of
+            these; the field of each value in a list of lists; else empty.
         default: Value without the key; `MISSING` if it must be given.
-        many: `list` for `tuple[X, ...]`, `named` for `Mapping[str, X]`; else empty.
+        many: `list` for `tuple[X, ...]` or `Sequence[X]`, `named` for `Mapping[str, X]`; else empty.
         owner: Class that declares the field.
+        made: Type of lists that are read.
     """
 
     name: str
@@ -79,11 +82,28 @@ class Field:
     many: str
     owner: type
     parts: tuple[Field, ...] = ()
+    made: type = tuple
 
     @property
     def required(self) -> bool:
         """Whether a value must be given."""
         return self.default is MISSING
+
+    @functools.cached_property
+    def dimension(self) -> Dimension | None:
+        """Dimension of the numbers; None for other values."""
+        part = self.parts[0] if self.parts else self
+        return part.mark(Dimension) or NONE if part.hint is float else None
+
+    @functools.cached_property
+    def bounds(self) -> Bounds:
+        """Valid numbers."""
+        return self.mark(Bounds) or FINITE
+
+    @functools.cached_property
+    def is_plain(self) -> bool:
+        """Whether a file can give the value in one key: a number, a text, a flag, or a list of these."""
+        return bool(self.parts or self.options) or self.hint in (float, int, str, bool)
 
     @functools.cached_property
     def is_key(self) -> bool:
@@ -109,7 +129,7 @@ class Field:
             return {"list": "a list of tables", "named": "a table of tables", "": "a table"}[self.many]
         unit = "" if self.mark(InUnit) or self.hint is Quantity else f" [{self.mark(Dimension) or NONE}]"
         if self.parts:
-            return f"a list of {len(self.parts)} values"
+            return f"a list of {'lists' if self.many else f'{len(self.parts)} values'}"
         number = self.hint in (float, Quantity)
         one, more = (f"a quantity{unit}", f"quantities{unit}") if number else _WORDS.get(self.hint, _WORDS[str])
         return {"list": f"a list of {more}", "named": f"a table of {more}", "": one}[self.many]
@@ -130,6 +150,11 @@ class Field:
         """Mark of a class; the outermost of several, None if there is none."""
         return cast("M | None", self._by_class.get(kind))
 
+    def parts_of(self, value: Collection[Any]) -> tuple[Field, ...]:
+        """Fields of the values of a list with parts."""
+        fixed = typing.get_origin(self.hint) is tuple and ... not in typing.get_args(self.hint)
+        return self.parts if fixed else self.parts * len(value)
+
     def faults(self, value: Any, what: str) -> list[Fault]:
         """Faults of a value that a program gives, SI units.
 
@@ -137,25 +162,30 @@ class Field:
             value: The value.
             what: Name of the value in messages, such as `rays of lidar 'front'`.
         """
-        parts = self.parts or ((self,) * len(value) if isinstance(value, (list, tuple)) else ())
-        if not self.parts and self.many != "list":
+        if self.many != "list":
             return self._faults_of_one(value, what)
-        if not isinstance(value, (list, tuple)):
+        if not _is_list(value):
             return [Fault(f"{what} must be a list, found {value!r:.80}.")]
-        if len(value) != len(parts):
-            return [Fault(f"{what} must have {len(parts)} values, found {len(value)}.")]
-        return [fault for part, one in zip(parts, value, strict=True) for fault in part._faults_of_one(one, what)]
+        return next(filter(None, (self._faults_of_one(one, f"each of {what}") for one in value)), [])
 
     def _faults_of_one(self, value: Any, what: str) -> list[Fault]:
+        if self.parts:
+            if not _is_list(value):
+                return [Fault(f"{what} must be a list, found {value!r:.80}.")]
+            if len(value) != len(parts := self.parts_of(value)):
+                return [Fault(f"{what} must have {len(parts)} values, found {len(value)}.")]
+            return [fault for part, one in zip(parts, value, strict=True) for fault in part._faults_of_one(one, what)]
         kind: Any = _KINDS.get(self.hint, str if self.options else self.hint)
-        if value is None and not self.required and self.default is None:
+        unchecked = not isinstance(kind, (type, tuple))  # such as a Callable
+        if unchecked or (value is None and not self.required and self.default is None):
             return []
-        if not isinstance(value, kind) or (isinstance(value, bool) and self.hint is not bool):
+        if not isinstance(value, kind) or (isinstance(value, bool) and self.hint in (float, int)):
             words = "a number" if self.hint is float else _WORDS.get(self.hint, _WORDS[str])[0]
             return [Fault(f"{what} must be {words}, found {value!r:.80}.")]
-        if self.hint in (float, int) and not (bounds := self.mark(Bounds) or FINITE).admit(value):
-            wanted = bounds.broken(value, self.mark(Dimension) or NONE)
-            return [Fault(f"{what} must be {wanted}, found {value:g}.")]
+        if self.hint in (float, int) and not self.bounds.admit(value):
+            unit = "" if self.dimension in (None, NONE) else f" {self.dimension}"
+            wanted = self.bounds.broken(value, self.dimension or NONE)
+            return [Fault(f"{what} must be {wanted}, found {value:g}{unit}.")]
         if self.options and value not in self.options:
             hint = did_you_mean(value, self.options, "Valid values:")
             return [Fault(f"invalid value '{value}' for {what}.", hint=hint)]
@@ -170,24 +200,35 @@ class Field:
     def annotated(cls, name: str, hint: Any, default: Any, owner: type) -> Field:
         """Field of an annotation such as `Annotated[tuple[Metres, ...], Key("at")]`."""
         marks: tuple[Any, ...] = ()
+        made: type = tuple
         many, origin = "", typing.get_origin(hint)
         while origin is not None and origin is not typing.Literal:
             args = typing.get_args(hint)
             if origin is typing.Annotated:
                 marks, hint = (*hint.__metadata__, *marks), args[0]
             elif origin in (typing.Union, types.UnionType):
-                hint = next(arg for arg in args if arg is not type(None))
-            elif origin is tuple and args[1:] == (...,):
-                many, hint = "list", args[0]
+                others = [arg for arg in args if arg is not type(None)]
+                hint = others[0] if len(others) == 1 else object
+            elif many:
+                break
+            elif origin in _LISTS and (origin is not tuple or args[1:] == (...,)):
+                many, hint, made = "list", args[0], list if origin is list else tuple
             elif origin is Mapping and args[1] is not Any:
                 many, hint = "named", args[1]
             else:
                 break
             origin = typing.get_origin(hint)
-        each = typing.get_args(hint) if origin is tuple and not any(isinstance(mark, Keys) for mark in marks) else ()
-        parts = tuple(cls.annotated(name, part, MISSING, owner) for part in each)
+        within = typing.get_args(hint) if origin in _LISTS and not any(isinstance(mark, Keys) for mark in marks) else ()
+        outer = tuple(mark for mark in marks if isinstance(mark, (Dimension, Bounds)))
+        inner = (cls.annotated(name, part, MISSING, owner) for part in within if part is not ...)
+        parts = tuple(replace(part, marks=(*outer, *part.marks)) for part in inner)
         key = next((mark.name for mark in marks if isinstance(mark, Key)), name)
-        return cls(name, key, hint, marks, default, many, owner, parts)
+        return cls(name, key, object if hint is Any else hint, marks, default, many, owner, parts, made)
+
+
+def _is_list(value: object) -> bool:
+    """Whether a value is a list of any kind, such as an array of numpy."""
+    return isinstance(value, Collection) and not isinstance(value, (str, bytes, Mapping))
 
 
 @dataclass

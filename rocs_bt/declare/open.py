@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..base.toml_table import Table
-from ..base.toml_text import Key
 
 
 class Place(NamedTuple):
@@ -47,17 +46,3 @@ def has_key(of: object, key: str) -> bool:
     """Whether the file has a key in the table of a declared object."""
     table: Table | None = getattr(of, "_table", None)
     return table is not None and key in table
-
-
-def positions_of(values: Mapping[str, Any]) -> Mapping[str, tuple[int, int]]:
-    """Line and column of each value of an open table, also of those in its tables, as `TABLE.KEY`."""
-    table = values._table if isinstance(values, Open) else None
-    return {} if table is None else dict(_positions(table, values, ()))
-
-
-def _positions(table: Table, values: Mapping[str, Any], above: Key) -> Iterator[tuple[str, tuple[int, int]]]:
-    for key, value in values.items():
-        path = (*above, key)
-        yield ".".join(map(str, path)), table.position_of((*table.key, *path))
-        if isinstance(value, dict):
-            yield from _positions(table, value, path)

@@ -115,6 +115,16 @@ def read_fields(fields: Iterable[Field], values: Mapping[str, Any], owner: str) 
     return found
 
 
+def read_arguments(fields: Mapping[str, Field], values: Mapping[str, Any], owner: str) -> dict[str, Any]:
+    """Arguments of a function, by name; as `read_fields`, and each required one must have a value."""
+    table = _opened(values)
+    if missing := [each.key for each in fields.values() if each.required and each.key not in table]:
+        table.fault(None, f"{owner} needs {', '.join(missing)}.", f"It takes: {', '.join(fields)}.")
+    found = {name: read_key(each, table) for name, each in fields.items() if each.key in table}
+    _refuse(table, values, owner, fields.values())
+    return found
+
+
 def read_key(each: Field, table: Table) -> Any:
     """Value of one field of a table; its faults are noted there."""
     return _Reading(each, table, Scope(), {}).value(None)
@@ -277,14 +287,13 @@ class _Reading:
         if each.is_table and any(not isinstance(one, dict) for one in value):
             self.table.fault(self.key, f"{self.key} must be written as [[{self.key}]] tables.")
             return ()
-        return tuple(self._each(one, self.table, self.key, (i,)) for i, one in enumerate(value))
+        return each.made(self._each(one, self.table, self.key, (i,)) for i, one in enumerate(value))
 
     def _parts(self, value: Any, table: Table) -> Any:
         """A list with a fixed number of values, each of a type of its own."""
-        parts = self.field.parts
         if not isinstance(value, list):
             return self._wrong("a list", value)
-        if len(value) != len(parts):
+        if len(value) != len(parts := self.field.parts_of(value)):
             table.fault(self.key, f"{self.key} must have {len(parts)} values, found {len(value)}.")
             return self._harmless()
         readings = [_Reading(part, table, self.scope, self.done) for part in parts]
@@ -314,12 +323,12 @@ class _Reading:
                 self._wrong("a table", value)
                 return self._harmless()
             return self._table(table.child(value, key, *path))
+        if each.parts:
+            return self._parts(value, table)
         if each.hint is float:
             return self._number(value, table, key)
         if each.hint is Quantity:
             return self._quantity(value)
-        if each.parts:
-            return self._parts(value, table)
         if each.hint in (str, Path) or each.options:
             return self._text(value, key)
         if each.hint is int:

@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from ..base.clock import Clock
 from ..base.errors import Fault, InputError, interrupts, unknown
-from ..base.parameter import Parameter
 from ..base.raised import Raised
+from ..declare import MISSING, Field
 from ..event import Event, Value
 from .device import Actuator
 
@@ -285,16 +285,15 @@ class InvalidAction(AtomicAction):
 
 
 @functools.cache
-def parameters_of(action: type[Action]) -> dict[str, Parameter]:
+def parameters_of(action: type[Action]) -> dict[str, Field]:
     """Parameters that an action class declares, by name, in order."""
     hints = typing.get_type_hints(action, include_extras=True, localns=_hint_names())
     found = {}
     for field in dataclasses.fields(action):
         if not field.init:
             continue
-        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        default = None if required or field.default is dataclasses.MISSING else field.default
-        found[field.name] = Parameter.annotated(field.name, hints[field.name], required, default)
+        default = MISSING if field.default is dataclasses.MISSING else field.default
+        found[field.name] = Field.annotated(field.name, hints[field.name], default, action)
     return found
 
 

@@ -6,13 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 
 from ..base.errors import Fault, InputError
 from ..base.signal import Signal
 from ..base.units import LENGTH, Metres, Radians
+from ..declare import Value
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from .course import course_range, declared
@@ -35,12 +36,18 @@ class BeamGroup:
         return tuple(zip(self.beams, self.weights, strict=True))
 
 
-class GroupTable(TypedDict, total=False):
-    """Table `[monitor.group.NAME]` of a RangeMonitor."""
+class GroupTable(Value):
+    """Table `[monitor.group.NAME]` of a RangeMonitor.
 
-    beams: Sequence[int]
-    weights: Sequence[float]
-    blind: bool
+    Attributes:
+        beams: Indices into the sensor's values.
+        weights: Weight of each beam; 1 by default.
+        blind: Whether the robot has no sensor in this direction.
+    """
+
+    beams: Sequence[int] = ()
+    weights: Sequence[float] = ()
+    blind: bool = False
 
 
 class RangeMonitor(Monitor):
@@ -133,10 +140,9 @@ class RangeMonitor(Monitor):
         return written
 
     def _checked(self, name: str, group: GroupTable) -> BeamGroup:
-        beams = tuple(int(b) for b in group.get("beams", ()))
-        weights = tuple(float(w) for w in group.get("weights", (1.0,) * len(beams)))
+        beams, weights = tuple(group.beams), tuple(group.weights or (1.0,) * len(group.beams))
         where = f"group '{name}' of monitor '{self.name}'"
-        if group.get("blind", False) is True:
+        if group.blind:
             if beams or weights:
                 raise InputError(Fault(f"{where} is blind, but has beams {list(beams)} and weights {list(weights)}."))
             return BeamGroup((), ())

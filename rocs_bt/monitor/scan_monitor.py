@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypedDict
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
 from ..base.units import LENGTH, Bounds, Radians, Seconds
+from ..declare import Value
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from .course import course_range, declared
@@ -35,12 +36,18 @@ class _Sector:
     weight: float
 
 
-class SectorTable(TypedDict, total=False):
-    """Table `[monitor.group.NAME]` of a ScanMonitor."""
+class SectorTable(Value):
+    """Table `[monitor.group.NAME]` of a ScanMonitor.
 
-    sectors: Sequence[tuple[Radians, Radians]]
-    weights: Sequence[float]
-    blind: bool
+    Attributes:
+        sectors: Pairs of bearings from the scanner's axis, left positive [rad].
+        weights: Weight of each sector; 1 by default.
+        blind: Whether the scanner has no ray in this direction.
+    """
+
+    sectors: Sequence[tuple[Radians, Radians]] = ()
+    weights: Sequence[float] = ()
+    blind: bool = False
 
 
 class ScanMonitor(Monitor):
@@ -131,9 +138,8 @@ class ScanMonitor(Monitor):
 
     def _sectors(self, name: str, group: SectorTable) -> tuple[_Sector, ...]:
         where = f"group '{name}' of monitor '{self.name}'"
-        sectors = group.get("sectors", ())
-        weights = group.get("weights", (1.0,) * len(sectors))
-        if group.get("blind", False) is True and not sectors:
+        sectors, weights = group.sectors, group.weights or (1.0,) * len(group.sectors)
+        if group.blind and not sectors:
             return ()
         if not sectors or len(weights) != len(sectors) or any(not 0.0 < w <= 1.0 for w in weights):
             hint = "" if sectors else "If no ray has this direction, write blind = true instead."

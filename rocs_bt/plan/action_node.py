@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from ..base.errors import Fault, InputError
-from ..base.parameter import Parameter
-from ..base.units import NONE, convert
+from ..base.errors import Fault
+from ..declare import Field, read_value
 from ..interfaces.action import Action, make_action, misfits_of, parameters_of
 from ..trees.nodes import REQUIRED, Input, Leaf
 from .act import MAX_PREEMPTIONS, Act
@@ -80,34 +79,22 @@ def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
 
 
 def _node(name: str, action: type[Action]) -> type[ActionNode]:
-    ports = {p.name: _port(p, name) for p in parameters_of(action).values() if _writable(p)}
+    ports = {each.name: _port(each) for each in parameters_of(action).values() if each.is_plain}
     members: dict[str, Any] = {"action": name, "tag": name, "__doc__": action.__doc__, "__module__": action.__module__}
     return type(name, (ActionNode,), {**ports, **members})
 
 
-def _port(parameter: Parameter, action: str) -> Input[Any]:
-    default = REQUIRED if parameter.required else parameter.default
-    if parameter.dimension is None:
-        return Input(parameter.type, default)
-    kind = float if parameter.type is float else object
-    return Input[Any](kind, default, dimension=parameter.dimension, parse=partial(_parsed, parameter, action))
+def _port(each: Field) -> Input[Any]:
+    default = REQUIRED if each.required else each.default
+    if each.dimension is None:
+        return Input(str if each.options else each.hint, default)
+    kind = object if each.many or each.parts else float
+    return Input[Any](kind, default, dimension=each.dimension, parse=partial(_parsed, each))
 
 
-def _parsed(parameter: Parameter, action: str, text: str) -> Any:
+def _parsed(each: Field, text: str) -> Any:
     """Parse the text of a port: a quantity, or quantities separated by `;`, or points `x,y` separated by `;`."""
-    dimension, what = parameter.dimension or NONE, f"{parameter.name} of {action}"
-    value: Any
-    if parameter.type is float:
-        value = convert(text, dimension, what)
-    elif get_args(parameter.type) == (float,):
-        value = [convert(part.strip(), dimension, what) for part in text.split(";")]
-    else:
-        value = [[convert(x.strip(), dimension, what) for x in part.split(",")] for part in text.split(";")]
-    if faults := parameter.faults(value, what):
-        raise InputError(*faults)
-    return value
-
-
-def _writable(parameter: Parameter) -> bool:
-    """Whether the value of a parameter can be written in a file."""
-    return parameter.dimension is not None or parameter.type in (str, int, bool)
+    values: list[Any] = [part.strip() for part in text.split(";")] if each.many else [text]
+    if each.parts:
+        values = [[x.strip() for x in value.split(",")] for value in values]
+    return read_value(each, values if each.many else values[0])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import sys
-import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -16,6 +13,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist2, Twist3
 from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
+from ..declare import constructor_fields
 from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
 from .mission import Mission
@@ -210,10 +208,6 @@ def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
     def build(mission: Mission, **parameters: Any) -> PythonPlan:
         return PythonPlan(cls(**parameters), mission)
 
-    taken = [p for name, p in inspect.signature(cls).parameters.items() if name != "self"]
-    first = inspect.Parameter("mission", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    vars(build)["__signature__"] = inspect.Signature([first, *taken])
-    hints = typing.get_type_hints(cls.__init__, vars(sys.modules[cls.__module__]), include_extras=True)
-    build.__annotations__ = {p.name: hints[p.name] for p in taken if p.name in hints}
+    vars(build)["parameters"] = constructor_fields(cls, ())
     build.__module__, build.__doc__ = cls.__module__, cls.__doc__
     return build

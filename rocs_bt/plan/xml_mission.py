@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 
 from ..base.errors import Fault, InputError, unknown
-from ..base.parameter import Parameter
-from ..base.units import NONE, convert
+from ..base.units import NONE
+from ..declare import MISSING, Field, read_value
 from ..interfaces.vocabulary import vocabulary_of
 from ..trees.nodes import Direction, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
@@ -116,28 +115,25 @@ class _Build:
         notes: Sequence[Fault] = (),
     ) -> None:
         main = document.main(main).name
-        parameters = _parameters(document, main)
-        kind, text = inspect.Parameter.KEYWORD_ONLY, str
-        declared = {p.name for p in parameters}
-        required = [inspect.Parameter(k, kind, annotation=text) for k, r in keys.items() if r and k not in declared]
+        declared = _parameters(document, main)
+        required = {k: Field.annotated(k, str, MISSING, _Build) for k, r in keys.items() if r and k not in declared}
         self._optional = {k for k, r in keys.items() if not r and k not in declared}
-        optional = [inspect.Parameter(k, kind, annotation=text, default="") for k in sorted(self._optional)]
-        parameters = [*required, *parameters, *optional]
+        optional = {k: Field.annotated(k, str, "", _Build) for k in sorted(self._optional)}
+        self.parameters = {**required, **declared, **optional}
         self.__name__ = "build"
         self.__doc__ = f"The tree '{main}' of {'a document' if file is None else file.name}."
-        self.__annotations__ = {p.name: p.annotation for p in parameters}
-        first = inspect.Parameter("mission", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        self.__signature__ = inspect.Signature([first, *parameters])
         self.file, self.notes = file, notes
         self._make = make
 
     def __call__(self, mission: MissionContext, **values: Any) -> Behaviour:
-        given = inspect.signature(self).bind(mission, **values)
-        given.apply_defaults()
-        for name, value in list(given.arguments.items())[1:]:
-            if name in self._optional and not value:
-                continue  # a node of the mission writes the key
-            mission.board.set_local(name, value)
+        if missing := [name for name, each in self.parameters.items() if each.required and name not in values]:
+            raise TypeError(f"build needs {', '.join(missing)}")
+        for name, each in self.parameters.items():
+            value = values.pop(name, each.default)
+            if value or name not in self._optional:  # otherwise a node of the mission writes the key
+                mission.board.set_local(name, value)
+        if values:
+            raise TypeError(f"build takes no {', '.join(values)}")
         return self._make(mission)
 
 
@@ -248,11 +244,9 @@ def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behav
     return make
 
 
-def _typed(parameter: Parameter, text: str) -> object:
+def _typed(each: Field, text: str) -> object:
     """Convert an attribute's text to the type that the value would have in a scenario file (TOML)."""
-    if parameter.type in (int, bool) or (parameter.type is float and parameter.dimension in (None, NONE)):
-        return from_string(text, parameter.type)
-    return text
+    return from_string(text, each.hint) if each.hint in (int, bool) or each.dimension == NONE else text
 
 
 def input_ports(document: Document, main: str) -> dict[ModelPort, bool]:
@@ -269,40 +263,36 @@ def port_value(port: ModelPort, text: str) -> Any:
     Raises:
         InputError: The text does not have the declared type.
     """
-    parameter = Parameter.annotated(port.name, annotation(port), False, None)
-    if parameter.type is float:
-        return convert(text, parameter.dimension or NONE, port.name)
-    return text if parameter.type is str else from_string(text, parameter.type)
+    each = _field(port)
+    return read_value(each, _typed(each, text))
 
 
 def defaults_of(document: Document, main: str) -> dict[str, Any]:
     """Defaults of the ports of a tree, by name; numbers in SI units."""
-    found = {p.name: p.default for p in _parameters(document, main)}
-    return {name: value for name, value in found.items() if value is not inspect.Parameter.empty}
+    return {name: each.default for name, each in _parameters(document, main).items() if not each.required}
 
 
-def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
-    """Keyword-only parameters of `build`, from the main tree's model and `<BehaviorTree>`; raises InputError."""
+def _parameters(document: Document, main: str) -> dict[str, Field]:
+    """Parameters of `build`, from the main tree's model and `<BehaviorTree>`, those with defaults last."""
     model = document.models.get(main)
-    found, faults = [], list[Fault]()
+    found, faults = dict[str, Field](), list[Fault]()
     for port in model.ports.values() if model is not None else ():
         if not port.name.isidentifier():
             faults.append(port.element.fault(f"'{port.name}' cannot be a parameter.", attribute="name"))
             continue
         try:
-            found.append(_parameter(port))
+            default = MISSING if port.default is None else port_value(port, port.default)
+            found[port.name] = _field(port, default)
         except InputError as error:
             faults += (port.element.fault(f.message, f.hint, attribute="default") for f in error.faults)
     for name, text in document.trees[main].defaults.items():
-        if name.isidentifier() and pointer(text) is None and name not in {p.name for p in found}:
+        if name.isidentifier() and pointer(text) is None and name not in found:
             value = literal(text)
-            hint = str if isinstance(value, str) else Annotated[float, NONE]
-            found.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=hint))
+            found[name] = Field.annotated(name, str if isinstance(value, str) else float, value, _Build)
     if faults:
         raise InputError(*faults)
-    return sorted(found, key=lambda p: p.default is not inspect.Parameter.empty)
+    return dict(sorted(found.items(), key=lambda item: not item[1].required))
 
 
-def _parameter(port: ModelPort) -> inspect.Parameter:
-    value = inspect.Parameter.empty if port.default is None else port_value(port, port.default)
-    return inspect.Parameter(port.name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=annotation(port))
+def _field(port: ModelPort, default: Any = MISSING) -> Field:
+    return Field.annotated(port.name, annotation(port), default, _Build)

@@ -9,10 +9,10 @@ from dataclasses import replace
 from typing import Any
 
 from ..base.errors import Fault, InputError, unknown
-from ..base.parameter import Parameter
 from ..base.toml_table import Table
 from ..base.units import TIME, Dimension, convert
 from ..base.words import listed
+from ..declare import Field, read_key
 from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
 from ..interfaces.action import Action, misfits_of, parameters_of
 from ..knowledge import Knowledge
@@ -140,7 +140,6 @@ def words(text: str) -> set[str]:
 
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
-_PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
 def read_action(table: Table, actions: Mapping[str, type[Action]]) -> tuple[str, list[str], Table]:
@@ -173,24 +172,25 @@ def read_arguments(
     name, keys, fallbacks = read_action(table, actions)
     arguments = dict[str, Argument]()
     declared = parameters_of(actions[name]) if name in actions else {}
-    for key, parameter in declared.items():
+    for key, each in declared.items():
         if key in keys:
-            arguments[key] = _argument(reader, table, fallbacks, parameter, name)
+            arguments[key] = _argument(reader, table, fallbacks, each, name)
         elif key in fallbacks:
-            arguments[key] = Argument(parameter.default, _constant(fallbacks, parameter, name), blind=True)
+            arguments[key] = Argument(None if each.required else each.default, read_key(each, fallbacks), blind=True)
     return name, arguments
 
 
-def _argument(reader: ExpressionReader, table: Table, fallbacks: Table, parameter: Parameter, action: str) -> Argument:
-    key = parameter.name
+def _argument(reader: ExpressionReader, table: Table, fallbacks: Table, each: Field, action: str) -> Argument:
+    key = each.key
     blind = key in fallbacks
-    fallback = _constant(fallbacks, parameter, action) if blind else None
-    if parameter.dimension is None:
-        return Argument(_plain(table, parameter), fallback, blind)
-    value = _value(reader, table, parameter, parameter.dimension)
-    _hold(table, parameter, value, action)
+    fallback = read_key(each, fallbacks) if blind else None
+    if each.dimension is None:
+        if each.many or not each.is_plain:
+            table.fault(key, f"'{key}' cannot be given in a rule file.")
+        return Argument(read_key(each, table), fallback, blind)
+    value = _value(reader, table, each, each.dimension, action)
     if isinstance(value, (Expression, tuple)) and not blind:
-        fallback = parameter.default
+        fallback = None if each.required else each.default
         if fallback is None:
             table.fault(
                 key,
@@ -200,34 +200,32 @@ def _argument(reader: ExpressionReader, table: Table, fallbacks: Table, paramete
     return Argument(value, fallback, blind)
 
 
-def _value(reader: ExpressionReader, table: Table, parameter: Parameter, dimension: Dimension) -> Any:
-    """Value of a parameter: a number, an expression, or a list of numbers and expressions."""
-    value = table.raw(parameter.name)
-    if parameter.type is float:
-        return _number(reader, table, parameter.name, value, dimension)
-    if not isinstance(value, list):
-        table.fault(parameter.name, f"'{parameter.name}' must be a list of numbers in {dimension}, found {value!r}.")
+def _value(reader: ExpressionReader, table: Table, each: Field, dimension: Dimension, action: str) -> Any:
+    """Value of a parameter: a number, an expression, or a list of numbers and expressions.
+
+    Values that depend on signals are checked when the rule fires.
+    """
+    written = table.data[each.key]
+    if each.many and not isinstance(written, list):
+        table.fault(each.key, f"'{each.key}' must be a list of numbers in {dimension}, found {written!r}.")
         return None
-    parts = [_number(reader, table, parameter.name, part, dimension) for part in value]
-    if any(isinstance(part, Expression) for part in parts):
-        return tuple(parts)
-    return parts
-
-
-def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
-    """Record faults of constants out of bounds. Values that depend on signals are checked when the rule fires."""
-    parts = value if isinstance(value, (list, tuple)) else [value]
-    for part in parts:
-        if part is None or isinstance(part, Expression):
-            continue
-        if faults := parameter.bound_faults(part, f"{parameter.name} of {action}"):
-            table.adopt(parameter.name, InputError(*faults))
+    values = [_number(reader, table, each.key, part, dimension) for part in (written if each.many else [written])]
+    for constant in (value for value in values if isinstance(value, float)):
+        if faults := each.faults([constant] if each.many else constant, f"{each.key} of {action}"):
+            table.adopt(each.key, InputError(*faults))
+    if not each.many:
+        return values[0]
+    return tuple(values) if any(isinstance(value, Expression) for value in values) else values
 
 
 def _number(reader: ExpressionReader, table: Table, key: str, value: Any, dimension: Dimension) -> Any:
     """Read a number in SI units, or an expression that depends on signals; if it is neither, record a fault."""
     if not isinstance(value, str):
-        return _converted(table, key, value, dimension)
+        try:
+            return convert(value, dimension, what=f"'{key}'")
+        except InputError as error:
+            table.adopt(key, error)
+            return None
     expression = reader.number(table, key, value, dimension)
     if expression is None or not expression.node.constant:
         return expression
@@ -235,36 +233,6 @@ def _number(reader: ExpressionReader, table: Table, key: str, value: Any, dimens
     if constant is None:
         table.fault(key, f"'{key}' has no value: {value} cannot be computed.")
     return constant
-
-
-def _constant(table: Table, parameter: Parameter, action: str) -> Any:
-    """Fallback value: a constant, which cannot become invalid."""
-    value: Any = table.raw(parameter.name)
-    if parameter.dimension is None:
-        return _plain(table, parameter)
-    if isinstance(value, list) and parameter.type is not float:
-        value = [_converted(table, parameter.name, part, parameter.dimension) for part in value]
-    else:
-        value = _converted(table, parameter.name, value, parameter.dimension)
-    _hold(table, parameter, value, action)
-    return value
-
-
-def _converted(table: Table, key: str, value: Any, dimension: Dimension) -> float | None:
-    try:
-        return convert(value, dimension, what=f"'{key}'")
-    except InputError as error:
-        table.adopt(key, error)
-        return None
-
-
-def _plain(table: Table, parameter: Parameter) -> Any:
-    value = table.raw(parameter.name)
-    if parameter.type not in _PLAIN:
-        table.fault(parameter.name, f"'{parameter.name}' cannot be given in a rule file.")
-    elif type(value) is not parameter.type:
-        table.fault(parameter.name, f"'{parameter.name}' must be {_PLAIN[parameter.type]}, found {value!r}.")
-    return value
 
 
 def rule_misfits(rules: Iterable[Rule], actions: Mapping[str, type[Action]], knowledge: Knowledge) -> Iterator[Fault]:

@@ -21,10 +21,10 @@ import numpy as np
 
 from ..base.errors import Fault, InputError, unknown
 from ..base.files import confined, is_file
-from ..base.parameter import Parameter
 from ..base.signal import Signal
 from ..base.toml_table import Table, read_toml
 from ..base.units import TIME, convert
+from ..declare import read_key
 from ..expression import Environment
 from ..interfaces.action import Action, parameters_of
 from .include import project_of
@@ -130,24 +130,12 @@ def _expected(table: Table, times: Sequence[float], action: type[Action] | None)
     parameters = {}
     for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         if key not in ("t", "fires"):
-            value = table.raw(key)
+            table.raw(key)
             if key in declared:
-                parameters[key] = _parameter(table, declared[key], value)
+                parameters[key] = read_key(declared[key], table)
             elif action:
                 table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
     return Expected(found[-1] if found else -1, fires, parameters, Position(table.file, *table.position()))
-
-
-def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:
-    if parameter.dimension is None:
-        return value
-    try:
-        if isinstance(value, list):
-            return [convert(part, parameter.dimension, f"'{parameter.name}'") for part in value]
-        return convert(value, parameter.dimension, f"'{parameter.name}'")
-    except InputError as error:
-        table.adopt(parameter.name, error)
-        return None
 
 
 def _give(table: Table, known: Sequence[str], row: list[float], environment: Environment) -> None:

@@ -9,7 +9,6 @@ from typing import Any
 
 from ..base.clock import Rate
 from ..base.errors import DeviceError, Fault, InputError, located_at
-from ..base.parameter import class_parameters, read_arguments
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -19,7 +18,7 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.driver import registered_driver
-from ..declare import positions_of
+from ..declare import constructor_fields, read_arguments
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
@@ -165,7 +164,6 @@ def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
 def _driver(cls: type, second: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
     with located_at(robot.file, device.line):
         with running_class(cls):
-            declared = class_parameters(cls, ("name", second))
+            declared = constructor_fields(cls, ("name", second))
         what = f"the driver {cls.__name__} of '{device.name}'"
-        positions = positions_of(device.arguments)
-        return Driver(cls, read_arguments(declared, device.arguments, what, file=robot.file, positions=positions))
+        return Driver(cls, read_arguments(declared, device.arguments, what))

@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.base.errors import UnitError
-from rocs_bt.base.parameter import Parameter
 from rocs_bt.base.units import (
     ANGLE,
     FINITE,
@@ -25,6 +24,7 @@ from rocs_bt.base.units import (
     parse_unit,
     unit_names,
 )
+from rocs_bt.declare import Field
 
 
 @pytest.mark.parametrize(
@@ -112,5 +112,4 @@ def test_bounds_have_words():
 
 def test_annotations_nest_and_the_outer_bounds_count():
     assert typing.get_args(PositiveMetres) == (float, LENGTH, POSITIVE)
-    hint = Annotated[PositiveMetres, NOT_NEGATIVE]
-    assert Parameter.annotated("p", hint, required=True, default=None).bounds is NOT_NEGATIVE
+    assert Field.annotated("p", Annotated[PositiveMetres, NOT_NEGATIVE], 0.0, object).bounds is NOT_NEGATIVE

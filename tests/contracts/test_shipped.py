@@ -133,7 +133,7 @@ def test_blocks_and_actions_say_what_they_are(name):
 @pytest.mark.parametrize("name", ACTIONS)
 def test_an_action_takes_its_parameters_and_tells_them(name):
     declared = parameters_of(ACTIONS[name])
-    given = {p.name: "goal" if p.type is str else 0.5 for p in declared.values() if p.required}
+    given = {p.name: "goal" if p.hint is str else 0.5 for p in declared.values() if p.required}
     given |= {n: [(0.0, 0.0), (1.0, 0.0)] if n == "points" else [0.1, 0.1] for n in ("points", "speeds") if n in given}
     action = ACTIONS[name](**given)
     unset = {"heading", "height"}  # recorded only where they are set

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import json
 import re
-import typing
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,10 @@ from rocs_bt import Catalog
 from rocs_bt.actions import action_table
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.base.errors import InputError, UnitError
-from rocs_bt.base.parameter import Parameter, class_parameters, field_parameters, read_arguments
 from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
+from rocs_bt.declare import Field, constructor_fields, fields_of, read_arguments
 from rocs_bt.drivers import DRIVER_PARAMETERS
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
@@ -28,11 +27,11 @@ from rocs_bt.plan import mission_parameters
 BLOCK = {"monitor": ("name", "monitored", "knowledge", "sink"), "analyze": ("name", "knowledge", "sink")}
 
 
-def owners() -> Iterator[tuple[str, type, Mapping[str, Parameter]]]:
+def owners() -> Iterator[tuple[str, type, Mapping[str, Field]]]:
     """Name, documented class and parameters of every shipped class whose parameters files give."""
-    yield from ((n, c, class_parameters(c, BLOCK["monitor"])) for n, c in MONITORS.items())
-    yield from ((n, c, class_parameters(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
-    yield from ((n, c, field_parameters(c)) for n, c in DRIVER_PARAMETERS.items())
+    yield from ((n, c, constructor_fields(c, BLOCK["monitor"])) for n, c in MONITORS.items())
+    yield from ((n, c, constructor_fields(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
+    yield from ((n, c, {f.name: f for f in fields_of(c)}) for n, c in DRIVER_PARAMETERS.items())
     yield from ((n, c, parameters_of(c)) for n, c in action_table().items())
     catalog, seen = Catalog(), set[str]()
     for robot in (catalog.load_robot(entry.name) for entry in catalog.list("robot")):
@@ -43,40 +42,31 @@ def owners() -> Iterator[tuple[str, type, Mapping[str, Parameter]]]:
             if name and reference not in seen:
                 seen.add(reference)
                 cls = catalog.load_class(robot.beside(file), name)
-                yield reference, cls, class_parameters(cls, positional)
+                yield reference, cls, constructor_fields(cls, positional)
 
 
 OWNERS = list(owners())
 
 
-def numeric(parameter: Parameter) -> bool:
-    return "float" in repr(parameter.type) and "Mapping" not in repr(parameter.type)
+def numeric(parameter: Field) -> bool:
+    return parameter.dimension is not None and parameter.many != "named"
 
 
-def wrong(parameter: Parameter) -> Iterator[Any]:
+def wrong(parameter: Field) -> Iterator[Any]:
     """Values in the form of the parameter with a unit of another dimension, and a bare one where a unit is needed."""
-    kind = typing.get_args(parameter.type)[0] if None.__class__ in typing.get_args(parameter.type) else parameter.type
-    bare = [] if "Dimension" not in repr(kind) and parameter.dimension in (None, NONE) else [1.5]
+    bare = [] if parameter.dimension == NONE else [1.5]
     for value in ("3 kg" if "kg" not in str(parameter.dimension) else "3 m", *bare):
-        yield shaped(kind, value)
-
-
-def shaped(kind: Any, value: Any) -> Any:
-    if typing.get_origin(kind) is typing.Annotated:
-        return shaped(typing.get_args(kind)[0], value)
-    if not typing.get_args(kind):
-        return value
-    each = [k for k in typing.get_args(kind) if k is not Ellipsis]
-    return [shaped(k, value) for k in each]
+        each = [value] * len(parameter.parts) if parameter.parts else value
+        yield [each] if parameter.many else each
 
 
 @pytest.mark.parametrize(("name", "cls", "declared"), OWNERS, ids=[name for name, _, _ in OWNERS])
-def test_a_value_of_another_dimension_is_one_fault(name: str, cls: type, declared: Mapping[str, Parameter]) -> None:
+def test_a_value_of_another_dimension_is_one_fault(name: str, cls: type, declared: Mapping[str, Field]) -> None:
     for parameter in filter(numeric, declared.values()):
         for value in wrong(parameter):
             with pytest.raises(InputError, match=parameter.name) as caught:
                 read_arguments({parameter.name: parameter}, {parameter.name: value}, name)
-            assert len(caught.value.faults) == 1, (parameter, value)
+            assert len(caught.value.faults) == (len(parameter.parts) or 1), (parameter, value)
 
 
 AGENT = 'world = "plane"\n[[agent]]\nname = "R1"\nrobot = "jackal"\nx = "0 m"\ny = "0 m"\nrules = []\n'
@@ -104,7 +94,7 @@ def test_a_value_of_another_dimension_is_one_fault_at_its_place(name: str, kind:
 
 
 @pytest.mark.parametrize(("name", "cls", "declared"), OWNERS, ids=[name for name, _, _ in OWNERS])
-def test_the_documented_unit_is_the_declared_one(name: str, cls: type, declared: Mapping[str, Parameter]) -> None:
+def test_the_documented_unit_is_the_declared_one(name: str, cls: type, declared: Mapping[str, Field]) -> None:
     docs = "\n".join(inspect.getdoc(base) or "" for base in cls.__mro__ if base.__module__ != "builtins")
     for parameter in filter(numeric, declared.values()):
         entry = re.search(rf"^ +(?:\w+, )*{parameter.name}(?:, \w+)*: (.*(?:\n {{8,}}.*)*)", docs, re.M)
@@ -114,15 +104,9 @@ def test_the_documented_unit_is_the_declared_one(name: str, cls: type, declared:
         assert found == {d for d in map(dimension_of, units) if d not in (None, NONE)}, parameter
 
 
-def dimensions(parameter: Parameter) -> set[Any]:
+def dimensions(parameter: Field) -> set[Any]:
     """All dimensions in a declaration."""
-
-    def within(kind: Any) -> Iterator[Any]:
-        yield from (each for each in getattr(kind, "__metadata__", ()) if each.__class__ is NONE.__class__)
-        for part in typing.get_args(kind):
-            yield from within(part)
-
-    return {*within(parameter.type), *([] if parameter.dimension is None else [parameter.dimension])}
+    return {each.dimension for each in (parameter, *parameter.parts)}
 
 
 def dimension_of(unit: str) -> Any:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import rocs_bt.simulation.identified_file
 import rocs_bt.simulation.scripted_objects
@@ -18,10 +21,11 @@ import rocs_bt.simulation.scripted_robots  # noqa: F401 - declares classes, as t
 from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.toml_text import as_toml
-from rocs_bt.base.units import ANGLE, LENGTH, NONE, POSITIVE, TIME, Bounds, Dimension, Metres, Quantity, Radians
+from rocs_bt.base.units import ANGLE, LENGTH, NONE, POSITIVE, SPEED, TIME, Bounds, Dimension, Metres, Quantity, Radians
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.compare import load_family
 from rocs_bt.declare import (
+    MISSING,
     Content,
     Declared,
     Field,
@@ -40,9 +44,9 @@ from rocs_bt.declare import (
     Word,
     fields_of,
     place_of,
-    positions_of,
     read,
     read_root,
+    read_value,
     read_values,
     replaced,
 )
@@ -250,7 +254,7 @@ def test_a_document_becomes_an_object_in_si_units(tmp_path: Path) -> None:
     assert mine.gain == 2.0
     assert mine.parameters == {"reach": "any", "more": {"deep": 3}}
     assert place_of(mine.parameters, "reach") == (tmp_path / "whole.toml", 16, 1)
-    assert positions_of(mine.parameters) == {"reach": (16, 1), "more": (18, 1), "more.deep": (19, 1)}
+    assert [place_of(mine.parameters, *key)[1:] for key in (["more"], ["more", "deep"])] == [(18, 1), (19, 1)]
     assert (place_of(eye).line, place_of(mine).line, place_of(mine, "driver")[1:]) == (6, 13, (15, 1))
     assert place_of(replaced(made, doc="x")) == place_of(made)
 
@@ -325,6 +329,48 @@ def test_objects_made_in_python_are_values() -> None:
         Part()
     with pytest.raises(AttributeError, match="Use replaced"):
         one.share = 1.0  # type: ignore[misc]
+
+
+Speeds, Points = Annotated[Sequence[float], SPEED, POSITIVE], Annotated[Sequence[Sequence[float]], LENGTH]
+GIVEN: list[tuple[Any, list[Any], list[tuple[Any, str]]]] = [
+    (float, [1.0, 1, np.float32(1), np.int64(1)], [("0.5 m/s", "a number"), (True, "a number"), (math.nan, "finite")]),
+    (int, [3, np.int32(3)], [(1.0, "a whole number"), (True, "a whole number"), ("3", "a whole number")]),
+    (str, [""], [(3, "a text")]),
+    (bool, [True], [(1, "true or false"), ("yes", "true or false")]),
+    (Speeds, [[1.0, 2], (1,), np.ones(2), []], [("12", "a list"), ({1: 2}, "a list"), (["1 m"], "a number")]),
+    (Speeds, [], [(1.0, "a list"), ([1.0, None], "a number"), ([1.0, -2.0], "positive, found -2 m/s")]),
+    (Points, [[(1, 2), [3, 4, 5]], np.zeros((3, 2))], [([1.0, 2.0], "a list"), ([["a"]], "a number")]),
+    (tuple[float, str], [(1.0, "a"), [2, ""]], [((1.0,), "2 values, found 1"), ((1.0, 2.0), "a text")]),
+    (Literal["one", "two"], ["one"], [("three", "")]),
+    (int | str, ["a", 3], []),
+    (Callable[[float], bool], [len], []),
+]
+"""Types of annotations: values that fit, and values that do not with what they must be."""
+
+
+@pytest.mark.parametrize(("hint", "good", "bad"), GIVEN)
+def test_values_that_programs_give_are_checked_against_their_annotation(hint: Any, good: Any, bad: Any) -> None:
+    each = Field.annotated("x", hint, MISSING, object)
+    assert [fault for value in good for fault in each.faults(value, "x of it")] == []
+    for value, wanted in bad:
+        (fault,) = each.faults(value, "x of it")
+        assert "x of it" in fault.message
+        assert wanted in fault.message
+
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=2) | st.tuples(inner),
+    max_leaves=8,
+)
+
+
+@given(st.sampled_from([hint for hint, _, _ in GIVEN]), ANYTHING)
+def test_no_value_makes_a_check_or_a_reading_raise_anything_else(hint: Any, value: Any) -> None:
+    each = Field.annotated("x", hint, MISSING, object)
+    each.faults(value, "x")
+    with contextlib.suppress(InputError):
+        read_value(each, value)
 
 
 def test_every_name_without_an_underscore_can_be_a_field_unless_a_base_defines_it() -> None:

@@ -30,6 +30,7 @@ from rocs_bt.monitor import (
     RangeMonitor,
     WheelMonitor,
 )
+from rocs_bt.monitor.range_monitor import GroupTable
 
 PERIOD = 0.05
 
@@ -106,7 +107,7 @@ def wheels(robot):
 def sonar(robot, wheels):
     sensor = robot.sensor("sonar", 4)
     groups = {"front": {"beams": [1, 2], "weights": [0.5, 1.0]}, "rear": {"beams": [3]}}
-    robot.watch(RangeMonitor, sensor, beams=4, group=groups, frozen_after=0.5)
+    robot.watch(RangeMonitor, sensor, beams=4, group={n: GroupTable(**g) for n, g in groups.items()}, frozen_after=0.5)
     robot.begin()
     return sensor
 
@@ -124,7 +125,7 @@ def test_groups_are_equivalent_frontal_distances(robot, sonar):
 
 def test_where_a_robot_looks_nowhere_is_never_an_echo(robot, wheels):
     sonar = robot.sensor("sonar", 1)
-    robot.watch(RangeMonitor, sonar, beams=1, group={"front": {"beams": [0]}, "rear": {"blind": True}})
+    robot.watch(RangeMonitor, sonar, beams=1, group={"front": GroupTable(beams=[0]), "rear": GroupTable(blind=True)})
     robot.begin()
     sonar.values = [0.2]
     robot.step()
@@ -158,7 +159,7 @@ def test_a_broken_beam_breaks_its_groups_and_no_other(robot, sonar):
 )
 def test_a_group_that_cannot_be_is_refused(robot, group, message):
     with pytest.raises(InputError) as error:
-        robot.watch(RangeMonitor, robot.sensor("sonar", 4), beams=4, group={"front": group})
+        robot.watch(RangeMonitor, robot.sensor("sonar", 4), beams=4, group={"front": GroupTable(**group)})
     assert message in str(error.value)
 
 

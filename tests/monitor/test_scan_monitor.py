@@ -17,6 +17,7 @@ from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor, ScanMonitor
+from rocs_bt.monitor.scan_monitor import SectorTable
 
 BEAMS, SPAN = 271, math.radians(270.0)  # a degree each
 RAYS = [math.radians(i - 135.0) for i in range(BEAMS)]
@@ -49,7 +50,9 @@ def interpreted(values: list[float], mount: Pose2 | None = AHEAD, groups: Any = 
     knowledge.graph.add("lidar", "sensor", **{key: value for key, value in told.items() if value})
     knowledge.graph.relate("R", "has_sensor", "lidar")
     watched = [MonitoredSensor(Scanner(values), Rate(1, 0.05))]
-    monitor = ScanMonitor("scan", watched, knowledge, ListSink(), group=groups)
+    monitor = ScanMonitor(
+        "scan", watched, knowledge, ListSink(), group={n: SectorTable(**g) for n, g in groups.items()}
+    )
     for signal in monitor.signals():
         knowledge.signals.declare(signal)
     monitor.run(0.0, 0)

@@ -55,7 +55,7 @@ class TestParameters:
     def test_they_are_the_keyword_only_parameters_of_build(self):
         found = mission_parameters(typed)
         assert list(found) == ["goal", "cruise", "rounds", "loud"]
-        assert (found["goal"].type, found["goal"].required) == (str, True)
+        assert (found["goal"].hint, found["goal"].required) == (str, True)
         assert (found["cruise"].dimension, found["cruise"].default) == (SPEED, 0.5)
 
     def test_a_files_values_become_si_numbers(self):
@@ -76,9 +76,9 @@ class TestParameters:
             ({"goal": "dock", "cruise": "0.3 m"}, ["cruise must be in m/s"]),
             ({"goal": 3, "rounds": 1.5, "loud": 1}, ["goal must be a text", "rounds must", "loud must"]),
             ({"goal": "dock", "rounds": True}, ["rounds must be a whole number"]),
-            ({"goal": "dock", "cruise": "-0.5 m/s"}, ["cruise must be positive and finite, found -0.5 m/s."]),
-            ({"goal": "dock", "cruise": "0 m/s"}, ["cruise must be positive and finite, found 0 m/s."]),
-            ({"goal": "dock", "cruise": "inf m/s"}, ["cruise must be positive and finite, found inf m/s."]),
+            ({"goal": "dock", "cruise": "-0.5 m/s"}, ["cruise must be positive, found '-0.5 m/s'."]),
+            ({"goal": "dock", "cruise": "0 m/s"}, ["cruise must be positive, found '0 m/s'."]),
+            ({"goal": "dock", "cruise": "inf m/s"}, ["cruise must be finite, found 'inf m/s'."]),
         ],
     )
     def test_all_that_is_wrong_is_told_at_once(self, given, messages):

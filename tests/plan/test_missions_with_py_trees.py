@@ -63,7 +63,7 @@ class TestMissions:
         [
             ({}, "GoTo needs 'goal'"),
             ({"goal": "a", "cruise": "3 s"}, "cruise"),
-            ({"goal": "a", "cruise": "-1 m/s"}, "cruise of GoTo must be"),
+            ({"goal": "a", "cruise": "-1 m/s"}, "cruise must be"),
             ({"goal": "a", "speed": "1 m/s"}, "no port is named 'speed'"),
         ],
     )

@@ -404,7 +404,7 @@ class TestMissionNode:
             (lambda m: m.node("Inverter"), "needs 1 children, found 0"),
             (lambda m: m.node("Known"), "Known needs 'node'"),
             (lambda m: m.node("Known", node="a", nod="b"), "Did you mean 'node'"),
-            (lambda m: m.node("GoTo", goal="g", cruise="2 m"), "cruise of GoTo must be in m/s"),
+            (lambda m: m.node("GoTo", goal="g", cruise="2 m"), "cruise must be in m/s"),
         ],
     )
     def test_what_is_wrong_is_told_when_it_is_made(self, mind, make, message):

@@ -9,6 +9,7 @@ from rocs_bt.base.units import SPEED, PositiveMetresPerSecond
 from rocs_bt.catalog import Catalog, PlannerSpec, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
+from rocs_bt.declare import MISSING
 from rocs_bt.plan import mission_arguments, mission_parameters, xml_mission
 
 from ..pages import data_of
@@ -40,8 +41,8 @@ def write(tmp_path):
 class TestParameters:
     def test_they_are_the_input_ports_of_the_main_tree(self, write):
         found = mission_parameters(xml_mission(write("a.xml", text("<AlwaysSuccess/>", PORTS))))
-        assert {n: (p.type, p.required, p.default) for n, p in found.items()} == {
-            "goal": (str, True, None),
+        assert {n: (p.hint, p.required, p.default) for n, p in found.items()} == {
+            "goal": (str, True, MISSING),
             "cruise": (float, False, 0.3),
             "far": (float, False, 2.0),
             "rounds": (int, False, 3),

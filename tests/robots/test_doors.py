@@ -11,8 +11,8 @@ import pytest
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.base.parameter import class_parameters, read_arguments
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import constructor_fields, read_arguments
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import Knowledge
@@ -21,7 +21,7 @@ CATALOG = Catalog()
 ROBOT = CATALOG.load_robot("quadrotor")
 SPEC = next(spec for spec in ROBOT.analyzers if spec.name == "doors")
 FILE = ROBOT.file.with_name("doors.py"), "ObserveDoors"
-DECLARED = class_parameters(CATALOG.load_class(*FILE), ("name", "knowledge", "sink"))
+DECLARED = constructor_fields(CATALOG.load_class(*FILE), ("name", "knowledge", "sink"))
 PARAMETERS = read_arguments(DECLARED, SPEC.parameters, "doors")
 BEAMS, RADIUS, WIDTH = 16, 0.338, 1.1
 Wall = Callable[[float], bool]

@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.errors import interrupts
-from ...base.parameter import Parameter
 from ...base.raised import describe
-from ...base.units import NONE, TIME
+from ...base.units import NONE, TIME, Bounds
 from ...expression import TRUTH, Expression, Kind, Node
 from ...expression.node import TEMPORAL_OPS
 from ...interfaces.action import Action, parameters_of
@@ -335,7 +334,7 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
         for part in parts:
             if name not in declared or not isinstance(part, Expression):
                 continue
-            for wrong in _outside(part.node, declared[name]):
+            for wrong in _outside(part.node, declared[name].bounds):
                 both = conjunction([while_latched, wrong])
                 answer = case.prover.decide(both)
                 key = f"action.{name}" if f"action.{name}" in rule.positions else "action"
@@ -356,11 +355,11 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
                 break
 
 
-def _outside(node: Node, parameter: Parameter) -> Iterator[Node]:
+def _outside(node: Node, bounds: Bounds) -> Iterator[Node]:
     """Conditions, as expressions, under which an action parameter is out of its declared bounds."""
-    if not math.isinf(parameter.bounds.low):
-        yield _compared(node, "<=" if parameter.bounds.above else "<", parameter.bounds.low)
-    if not parameter.bounds.infinite:
+    if not math.isinf(bounds.low):
+        yield _compared(node, "<=" if bounds.above else "<", bounds.low)
+    if not bounds.infinite:
         yield _compared(node, ">=", math.inf)
         yield _compared(node, "<=", -math.inf)
 
