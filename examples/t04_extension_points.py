@@ -45,7 +45,7 @@ from rocs_bt.agent import Controller, RobotDevices, Runtime
 from rocs_bt.base.clock import Rate
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot
-from rocs_bt.drivers.mock import MockRobot, MockWorld
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import Event, RuleChanged, TicketChanged
 from rocs_bt.interfaces.channel import Signals, Stamped
 from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel
@@ -91,7 +91,7 @@ range = ["-1 m/s", "1 m/s"]
 class Echo(rocs_bt.Sensor):
     """Range to the nearest obstacle ahead [m]."""
 
-    def __init__(self, robot: MockRobot) -> None:
+    def __init__(self, robot: FlatRobot) -> None:
         super().__init__("echo")
         self.robot = robot
 
@@ -115,7 +115,7 @@ class Battery(rocs_bt.Sensor):
 class Wheels(rocs_bt.Actuator):
     """The shuttle's two motors."""
 
-    def __init__(self, robot: MockRobot) -> None:
+    def __init__(self, robot: FlatRobot) -> None:
         super().__init__("wheels", 2)
         self.robot = robot
 
@@ -303,14 +303,14 @@ class Printer:
             print(f"{event.t:5.2f} s    {event.action} {event.state} by {event.by}")
 
 
-def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt.Agent, MockRobot]:
+def make_agent(clock: rocs_bt.SimulatedClock, world: FlatWorld) -> tuple[rocs_bt.Agent, FlatRobot]:
     """Build the shuttle's agent and its simulated body."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.toml"
         file.write_text(ROBOT)
         file.with_name(Path(__file__).name).write_bytes(Path(__file__).read_bytes())
         spec = load_robot(file)
-    body = MockRobot(world, spec.locomotion, rocs_bt.Pose2(0.0, 0.0, 0.0))
+    body = FlatRobot(world, spec.locomotion, rocs_bt.Pose2(0.0, 0.0, 0.0))
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
     controller = Controller(
@@ -342,7 +342,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
 def main() -> None:
     """Run the agent until its mission has ended."""
     clock = rocs_bt.SimulatedClock(PERIOD)
-    world = MockWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0)), ((-1.0, -1.0), (-1.0, 1.0))])
+    world = FlatWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0)), ((-1.0, -1.0), (-1.0, 1.0))])
     agent, body = make_agent(clock, world)
     while agent.status == "RUNNING":
         if clock.count == 200:  # a door closes in front of the robot

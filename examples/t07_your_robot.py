@@ -5,8 +5,8 @@
 """Build a robot of your own: a folder with a table of devices, a model, and a driver in Python.
 
 The scout is a Pioneer with a receiver for a radio beacon at the origin. The receiver's driver and Monitor are Python
-classes beside robot.toml, which names them as `file.py:Class`. The key `at` in robot.toml becomes a keyword argument of
-the driver's constructor, converted to metres. The mission reads the receiver's signal like any other, and rules could
+classes beside robot.toml, which names them as `file.py:Class`. The key `at` in robot.toml is a field of
+the driver's class, converted to metres. The mission reads the receiver's signal like any other, and rules could
 too. The shipped rules run on the scout unchanged. `rocs-bt check` in such a project reports all faults of its files.
 
 Output:
@@ -29,18 +29,16 @@ DRIVER = '''
 
 from rocs_bt import Metres, Monitor, Signal
 from rocs_bt.base.units import LENGTH
-from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoSensor
 
 
 class Beacon(MujocoSensor):
     """Signal strength of the beacon: 1 at a metre, falling with the square of the distance."""
 
-    def __init__(self, name: str, mount: Mount, *, at: tuple[Metres, Metres]) -> None:
-        super().__init__(name, mount)
-        self.at = at
+    at: tuple[Metres, Metres]
 
     def sample(self) -> list[float]:
-        robot = self.mount.world.pose(self.mount.robot)
+        robot = self.world.pose(self.robot)
         squared = (robot.x - self.at[0]) ** 2 + (robot.y - self.at[1]) ** 2
         return [1.0 / (squared + 1e-4)]
 

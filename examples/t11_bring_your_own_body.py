@@ -49,16 +49,18 @@ DRIVER = '''
 import numpy as np
 
 from rocs_bt import Seconds
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator
+from rocs_bt.drivers.mujoco import MujocoActuator
 
 
 class Fans(MujocoActuator):
     """Body twists: forward, left [m/s] and turn [rad/s]."""
 
-    def __init__(self, name: str, mount: Mount, *, time_constant: Seconds) -> None:
-        super().__init__(name, 3, mount)
-        self.fans = mount.world.controls(mount.robot, ["ahead", "aside", "round"])
-        self.gain = np.array([4.0, 4.0, 0.08]) / time_constant  # mass [kg] and moment of inertia [kg m2]
+    size = 3
+    time_constant: Seconds
+
+    def set_up(self) -> None:
+        self.fans = self.world.controls(self.robot, ["ahead", "aside", "round"])
+        self.gain = np.array([4.0, 4.0, 0.08]) / self.time_constant  # mass [kg] and moment of inertia [kg m2]
         self.wanted = np.zeros(3)
 
     def command(self, values) -> None:
@@ -68,9 +70,9 @@ class Fans(MujocoActuator):
         self.wanted = np.zeros(3)
 
     def before_step(self, t: float) -> None:
-        now = self.mount.world.twist(self.mount.robot)
+        now = self.world.twist(self.robot)
         error = self.wanted - (now.forward, now.left, now.turn)
-        self.mount.world.set_controls(self.fans, self.gain * error)
+        self.world.set_controls(self.fans, self.gain * error)
 '''
 
 ROBOT = """

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator
+from rocs_bt.drivers.mujoco import MujocoActuator
 
 from .legs import ANKLE, HIP, Array, joint_angles, rotation
 from .pattern import Pattern, turned
@@ -29,9 +29,11 @@ class Gait(MujocoActuator):
     joint encoders and the model of its body. Here they are the simulator's ground truth.
     """
 
-    def __init__(self, name: str, mount: Mount) -> None:
-        super().__init__(name, 3, mount)
-        world, robot = mount.world, mount.robot
+    size = 3
+
+    def set_up(self) -> None:
+        """Find the body and the servos in the model."""
+        world, robot = self.world, self.robot
         self._servos = world.controls(robot, [f"{leg}_{joint}" for leg in LEGS for joint in JOINTS])
         base = world.model.joint(f"{robot}/base")
         q, v = int(base.qposadr[0]), int(base.dofadr[0])
@@ -69,7 +71,7 @@ class Gait(MujocoActuator):
         twist = np.array([*turned(np.array([x, y]), -yaw), turn])
         mass = self._mass[:2].copy()
         if math.isfinite(self._before[0]):
-            self._speed += self._share * ((mass - self._before) / self.mount.world.step - self._speed)
+            self._speed += self._share * ((mass - self._before) / self.world.step - self._speed)
         self._before = mass
         # From the world into the plane of the pattern, by the foot that carries the robot.
         foot, (at, matrix) = pattern.feet[pattern.stance], self._feet[pattern.stance]
@@ -98,4 +100,4 @@ class Gait(MujocoActuator):
             attitude, sole = rotation(roll, pitch, self._pattern.yaw), rotation(0.0, 0.0, foot.yaw)
             ankle = np.array([*foot.at, foot.height + ANKLE]) - pose[:3] - FOOT * sole[:, 0]
             angles += joint_angles(ankle @ attitude - (0.0, side, 0.0), attitude.T @ sole)
-        self.mount.world.set_controls(self._servos, angles)
+        self.world.set_controls(self._servos, angles)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from rocs_bt import Joules, Metres, Watts
-from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoSensor
 
 AIR = 1.225  # [kg/m3] density of air at sea level
 
@@ -16,9 +16,7 @@ class Battery(MujocoSensor):
     The power of a rotor is that of momentum theory, T^1.5 / sqrt(2 density area), divided by the efficiency. It is
     integrated from reading to reading.
 
-    Args:
-        name: Name of the sensor in robot.toml.
-        mount: Robot, world and noise.
+    Attributes:
         capacity: Energy of the full battery [J].
         rotor_radius: Radius of a rotor [m].
         efficiency: Power of momentum theory per electrical power [1].
@@ -26,29 +24,24 @@ class Battery(MujocoSensor):
         charge: Charge at the start, 0 to 1.
     """
 
-    def __init__(
-        self,
-        name: str,
-        mount: Mount,
-        *,
-        capacity: Joules,
-        rotor_radius: Metres,
-        efficiency: float,
-        electronics: Watts,
-        charge: float = 1.0,
-    ) -> None:
-        super().__init__(name, mount)
-        self._rotors = mount.world.controls(mount.robot, ["front", "left", "back", "right"]).ids
-        self._factor = 1.0 / (efficiency * math.sqrt(2.0 * AIR * math.pi * rotor_radius**2))
-        self._capacity, self._electronics, self._charge = capacity, electronics, charge
-        self._read_at = mount.world.stamp
+    capacity: Joules
+    rotor_radius: Metres
+    efficiency: float
+    electronics: Watts
+    charge: float = 1.0
+
+    def set_up(self) -> None:
+        """Find the rotors in the model."""
+        self._rotors = self.world.controls(self.robot, ["front", "left", "back", "right"]).ids
+        self._factor = 1.0 / (self.efficiency * math.sqrt(2.0 * AIR * math.pi * self.rotor_radius**2))
+        self._left, self._read_at = self.charge, self.world.stamp
 
     def sample(self) -> list[float]:
         """Drain the charge by the energy since the last reading, and return it."""
-        world = self.mount.world
+        world = self.world
         seconds, self._read_at = world.stamp - self._read_at, world.stamp
         if seconds > 0.0:
             thrusts = world.data.actuator_force[self._rotors].tolist()
-            power = self._electronics + self._factor * sum(max(thrust, 0.0) ** 1.5 for thrust in thrusts)
-            self._charge = max(0.0, self._charge - power * seconds / self._capacity)
-        return [self._charge]
+            power = self.electronics + self._factor * sum(max(thrust, 0.0) ** 1.5 for thrust in thrusts)
+            self._left = max(0.0, self._left - power * seconds / self.capacity)
+        return [self._left]

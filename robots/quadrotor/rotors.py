@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from rocs_bt import Metres
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator
+from rocs_bt.drivers.mujoco import MujocoActuator
 
 GRAVITY = 9.81  # [m/s2]
 MAX_TILT = math.tan(math.radians(20.0))  # tangent of the maximum tilt that is commanded
@@ -36,17 +36,20 @@ class Rotors(MujocoActuator):
     A command to rest pauses the take-off.
     Commanded to rest, it holds position, height and yaw. It stops the rotors when a descent ends on something solid.
 
-    Args:
-        name: Name of the actuator in robot.toml.
-        mount: Robot and world of the actuator.
+    Attributes:
         take_off_height: Height of the hover after a take-off, above the place of the take-off [m].
         arm: Distance from the centre to the axis of a rotor [m].
         torque_ratio: Torque of a rotor per thrust [m].
     """
 
-    def __init__(self, name: str, mount: Mount, *, take_off_height: Metres, arm: Metres, torque_ratio: Metres) -> None:
-        super().__init__(name, 4, mount)
-        world, robot = mount.world, mount.robot
+    size = 4
+    take_off_height: Metres
+    arm: Metres
+    torque_ratio: Metres
+
+    def set_up(self) -> None:
+        """Find the body and the rotors in the model."""
+        world, robot = self.world, self.robot
         model, data = world.model, world.data
         joint, base = model.joint(f"{robot}/base"), model.body(f"{robot}/base")
         q, v = int(joint.qposadr[0]), int(joint.dofadr[0])
@@ -55,7 +58,6 @@ class Rotors(MujocoActuator):
         self._step = world.step
         self._mass = float(model.body_subtreemass[base.id])
         self._inertia, self._yaw_inertia = float(base.inertia[0]), float(base.inertia[2])
-        self._climb, self._arm, self._ratio = take_off_height, arm, torque_ratio
         self._most = float(self._rotors.high[0])
         self._wanted = [0.0] * 4
         self._flies = self._takes_off = False
@@ -91,7 +93,7 @@ class Rotors(MujocoActuator):
             self._stop()
         else:
             thrusts = self._thrusts((w, i, j, k), yaw, turning, acceleration, self._follow(3, turn))
-            self.mount.world.set_controls(self._rotors, thrusts)
+            self.world.set_controls(self._rotors, thrusts)
 
     def _rise(self, z: float) -> float:
         """Vertical speed of the take-off [m/s]; at its end, the commanded one."""
@@ -166,9 +168,9 @@ class Rotors(MujocoActuator):
         roll = (1.0 - 2.0 * (j * j + k * k)) * nx + 2.0 * (i * j + w * k) * ny + 2.0 * (i * k - w * j) * nz
         pitch = 2.0 * (i * j - w * k) * nx + (1.0 - 2.0 * (i * i + k * k)) * ny + 2.0 * (j * k + w * i) * nz
         stiff, damped = ATTITUDE_RATE * ATTITUDE_RATE, 2.0 * ATTITUDE_DAMPING * ATTITUDE_RATE
-        x_part = 0.5 * self._inertia * (stiff * roll - damped * turning[0]) / self._arm
-        y_part = 0.5 * self._inertia * (stiff * pitch - damped * turning[1]) / self._arm
-        z_part = 0.25 * self._yaw_torque(yaw, turning[2], turn_change) / self._ratio
+        x_part = 0.5 * self._inertia * (stiff * roll - damped * turning[0]) / self.arm
+        y_part = 0.5 * self._inertia * (stiff * pitch - damped * turning[1]) / self.arm
+        z_part = 0.25 * self._yaw_torque(yaw, turning[2], turn_change) / self.torque_ratio
         # The mean thrust is limited so that roll and pitch keep their differences.
         mean = 0.25 * self._mass * (ax * zx + ay * zy + az * zz)
         mean = max(0.05 * self._most, min(0.85 * self._most, mean))
@@ -198,14 +200,14 @@ class Rotors(MujocoActuator):
         if up < 0.0 or forward == left == up == turn == 0.0:
             return False
         self._flies = self._takes_off = True
-        self._top = position[2] + self._climb
+        self._top = position[2] + self.take_off_height
         self._begin(position, yaw)
         return True
 
     def _stop(self) -> None:
         """Stop the rotors after the touchdown."""
         self._flies = self._takes_off = False
-        self.mount.world.set_controls(self._rotors, (0.0, 0.0, 0.0, 0.0))
+        self.world.set_controls(self._rotors, (0.0, 0.0, 0.0, 0.0))
 
     def _begin(self, position: Sequence[float], yaw: float) -> None:
         """Reset the loops at a pose."""

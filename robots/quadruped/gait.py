@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator
+from rocs_bt.drivers.mujoco import MujocoActuator
 
 from .get_up import FALLEN, GetUp
 from .legs import HIPS, Array, joint_angles
@@ -26,11 +26,13 @@ class Gait(MujocoActuator):
     joint encoders. Here they are the simulator's ground truth.
     """
 
-    def __init__(self, name: str, mount: Mount) -> None:
-        super().__init__(name, 3, mount)
-        world = mount.world
-        self._servos = world.controls(mount.robot, [f"{leg}_{joint}" for leg in LEGS for joint in JOINTS])
-        base = world.model.joint(f"{mount.robot}/base")
+    size = 3
+
+    def set_up(self) -> None:
+        """Find the body and the servos in the model."""
+        world = self.world
+        self._servos = world.controls(self.robot, [f"{leg}_{joint}" for leg in LEGS for joint in JOINTS])
+        base = world.model.joint(f"{self.robot}/base")
         q, v = int(base.qposadr[0]), int(base.dofadr[0])
         self._attitude, self._velocity = world.data.qpos[q + 3 : q + 7], world.data.qvel[v : v + 6]
         self._trot = Trot(world.step)
@@ -51,7 +53,7 @@ class Gait(MujocoActuator):
             feet, height = self._trot.step(self._wanted, twist, tilt)
             x, y = feet - HIPS
             self._angles = joint_angles(x, y, height)
-        self.mount.world.set_controls(self._servos, self._angles)
+        self.world.set_controls(self._servos, self._angles)
 
     def _lies(self) -> bool:
         """Whether the robot lies or gets up; then the angles of all servos are set for that."""

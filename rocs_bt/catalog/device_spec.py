@@ -32,7 +32,7 @@ from ..declare import (
     place_of,
     read,
 )
-from ..drivers import PositionParameters, declared_parameters
+from ..drivers.simulated import Position, declared_keys
 from ..event import EventSink
 from ..interfaces.device import Actuator
 from ..interfaces.safety import Landing, Limits, SafetyGate
@@ -55,7 +55,7 @@ DriverKeys = Value | Open
 def _driver_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DriverKeys:
     """Keys of a device's driver; those of a user's are checked when its class is loaded, since no code runs here."""
     driver = done["driver"]
-    declared = None if is_reference(driver) else declared_parameters(driver, kind)
+    declared = None if is_reference(driver) else declared_keys(driver, kind)
     if declared is not None:
         return read(declared, table, kind=Kind(f"driver '{driver}'", Value))
     return Open.of(table, {key: table.raw(key) for key in table.data if key not in table.known})
@@ -184,7 +184,7 @@ class SensorSpec(DeviceSpec):
         """
         if self.driver != "ros2":
             given = self.parameters
-            smooth = isinstance(given, PositionParameters) and not self.noise and not given.jump
+            smooth = isinstance(given, Position) and not self.noise and not given.jump
             return "continuous" if smooth or is_reference(self.driver) else ""
         kind = str(self.arguments.get("type", ""))
         transforms = kind.endswith("/TFMessage") and not str(self.arguments.get("frame", "map")).endswith("odom")

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.toml_table import read_toml
 from ..base.units import NONE, POSITIVE, Quantity, convert, parse_quantity
-from ..declare import Open, TableName, Valid, Value, Wrong, read_root, replaced, values_of
+from ..declare import Open, TableName, Valid, Value, Wrong, checked, read_root, replaced, values_of
 from .device_spec import ActuatorSpec, SensorSpec
 from .robot_spec import RobotSpec
 
@@ -134,7 +134,8 @@ class Perturbation(Value):
                 device = replaced(device, **{key: self._possible(key, getattr(device, key))})
             elif isinstance(old := device.parameters, Value):
                 if (value := values_of(old).get(key)) is not None:
-                    device = replaced(device, parameters=replaced(old, **{key: self._possible(key, value)}))
+                    values = {**values_of(old), key: self._possible(key, value)}
+                    device = replaced(device, parameters=checked(type(old), values, f"'{device.name}'"))
             elif key in old:
                 device = replaced(device, parameters=Open(old | {key: self._possible(key, old[key])}))
         return device

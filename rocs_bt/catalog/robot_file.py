@@ -13,7 +13,7 @@ from ..base.python_content import classes_in, is_reference
 from ..base.registered import registered
 from ..base.toml_table import Table
 from ..declare import Open, Scope, names_of, place_of, read_root, replaced, rows_in
-from ..drivers import DRIVER_PARAMETERS
+from ..drivers.simulated import ACTUATORS, SENSORS
 from ..monitor import MONITORS
 from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
 from .robot_spec import RobotSpec
@@ -34,7 +34,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Open | None =
     if overlay:
         root = overlaid(overlay_table(overlay), root, place_of(overlay)[1:])
     known: dict[str, Collection[str]] = {
-        "driver": (*DRIVER_PARAMETERS, *registered("rocs_bt.devices")),
+        "driver": (*SENSORS, *ACTUATORS, *registered("rocs_bt.devices")),
         "monitor": (*MONITORS, *names_of(rows_in(root, "monitor"))),
         "monitor class": MONITORS,
         "analyze class": ANALYZERS,

@@ -42,8 +42,8 @@ from ..declare import (
     rows_in,
     values_of,
 )
-from ..drivers import VelocityParameters
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
+from ..drivers.simulated import Velocity
 from ..interfaces.device import Actuator
 from ..interfaces.safety import Landing, Limits
 from .device_spec import ActuatorSpec, BlockSpec, SensorSpec
@@ -340,7 +340,7 @@ class RobotSpec(Value):
 def _allowed(actuator: ActuatorSpec, limits: Limits) -> tuple[float, float]:
     """Largest wheel speed and acceleration that an actuator and its electronics allow [m/s, m/s2]."""
     motors = actuator.parameters
-    ramp = motors.max_acceleration if isinstance(motors, VelocityParameters) else math.inf
+    ramp = motors.max_acceleration if isinstance(motors, Velocity) else math.inf
     return limits.largest, min(*limits.changes, ramp)
 
 

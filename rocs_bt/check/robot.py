@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ..agent import Agent, Controller
 from ..base.errors import DeviceError, Fault, InputError, located_at, unknown
@@ -15,24 +17,15 @@ from ..base.raised import describe
 from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..declare import place_of
-from ..drivers import DRIVER_PARAMETERS
-from ..drivers.mujoco import (
-    MujocoActuator,
-    MujocoSensor,
-    MujocoWorld,
-    RobotInstance,
-    SensorMount,
-    compose_world,
-    make_actuator,
-    make_sensor,
-)
+from ..drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
 from ..drivers.mujoco.body import hull_outline
+from ..drivers.simulated import SimulatedActuator, SimulatedSensor
 from ..event import pack
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor
 from ..plan import Plan
 from ..running import Run
-from ..simulation import Driver, hardware_driver, mujoco_driver
+from ..simulation import hardware_driver, simulated_device
 from .identified import TOLERANCE, identified_faults
 from .stub_agent import stub_agent
 
@@ -88,9 +81,9 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
     """
     if robot.model is None:
         return {}
-    shipped = [s for s in robot.sensors if s.driver in DRIVER_PARAMETERS]
+    shipped = [(s, s.parameters) for s in robot.sensors if isinstance(s.parameters, SimulatedSensor)]
     try:
-        world = _world(catalog, robot, robot.model, [(s, Driver(s.driver, s.arguments)) for s in shipped])
+        world = _world(catalog, robot, robot.model, shipped)
     except InputError as error:
         yield from error.at(robot.model).faults
         return {}
@@ -104,25 +97,26 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:
         try:
-            driver = _driver(catalog, robot, device)
+            simulated = _device(catalog, robot, device)
         except InputError:
             continue  # reported by driver_faults
-        if driver is None:
+        if simulated is None:
             continue
         try:
-            own = is_reference(device.driver) and isinstance(device, SensorSpec)
-            where = _world(catalog, robot, robot.model, [(device, driver)]) if own else world
-            with located_at(robot.file, device.line), driver.running():
-                if isinstance(device, SensorSpec):
-                    made[device.name] = make_sensor(where, _NAME, device.name, driver.make, driver.parameters)
+            own = is_reference(device.driver) and isinstance(simulated, SimulatedSensor)
+            where = _world(catalog, robot, robot.model, [(device, simulated)]) if own else world
+            with located_at(robot.file, device.line), running_class(type(simulated)):
+                bound = simulated.bind(device.name, where, _NAME)
+                if isinstance(bound, Sensor):
+                    made[device.name] = bound
                 else:
-                    robot.check_twists(make_actuator(where, _NAME, device.name, driver.make, driver.parameters))
+                    robot.check_twists(bound)
         except InputError as error:
             yield from error.at(robot.file, device.line).faults
     return made
 
 
-_NAME = "R1"
+_NAME, _SIMULATED = "R1", (SimulatedSensor, SimulatedActuator)
 
 
 def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator[Fault]:
@@ -140,18 +134,18 @@ def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator
             yield Fault(f"{message}: {harm}", *place_of(robot, "body", key), hint, warning=True)
 
 
-def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver | None:
-    """MuJoCo driver of a device; None for a user's driver if no code may run. Raises InputError."""
-    if is_reference(device.driver) and not catalog.code:
-        return None
-    return mujoco_driver(catalog, robot, device)
+def _device(
+    catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
+) -> SimulatedSensor | SimulatedActuator | None:
+    """Simulated device; None for one of a user if no code may run. Raises InputError."""
+    return None if is_reference(device.driver) and not catalog.code else simulated_device(catalog, robot, device)
 
 
 def _world(
-    catalog: Catalog, robot: RobotSpec, model: Path, sensors: Iterable[tuple[SensorSpec | ActuatorSpec, Driver]]
+    catalog: Catalog, robot: RobotSpec, model: Path, sensors: Iterable[tuple[SensorSpec | ActuatorSpec, Any]]
 ) -> MujocoWorld:
     """World made of the robot's model alone, which suffices to compile it."""
-    mounts = [SensorMount(s.name, d.make, d.parameters, robot.file, s.line, d.running) for s, d in sensors]
+    mounts = [SensorMount(s.name, d, robot.file, s.line, partial(running_class, type(d))) for s, d in sensors]
     return compose_world(model, [RobotInstance(_NAME, model, mounts)], within=catalog.roots)
 
 
@@ -164,8 +158,8 @@ def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
         file, _, name = device.driver.partition(":")
         try:
             cls = catalog.load_class(robot.beside(file), name)
-            simulated = issubclass(cls, (MujocoSensor, MujocoActuator)) or not issubclass(cls, (Sensor, Actuator))
-            (mujoco_driver if simulated else hardware_driver)(catalog, robot, device)
+            simulated = issubclass(cls, _SIMULATED) or not issubclass(cls, (Sensor, Actuator))
+            (simulated_device if simulated else hardware_driver)(catalog, robot, device)
         except InputError as error:
             yield from error.at(robot.file, device.line).faults
         else:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..base.errors import Fault, InputError
-from .fields import MISSING, Declared, Field, fields_of
+from .fields import MISSING, Field
 
 
 def keyword_fields(
@@ -54,17 +54,13 @@ def keyword_fields(
 def constructor_fields(cls: type, positional: Sequence[str]) -> dict[str, Field]:
     """Keyword-only parameters that the constructor of a class takes, by name.
 
-    A constructor that ends in `**rest` also takes the parameters of its base class. A class with an attribute
-    `declares` takes the fields of that class.
+    A constructor that ends in `**rest` also takes the parameters of its base class.
 
     Raises:
         InputError: A constructor does not have the expected form; contains all faults.
     """
     found: dict[str, Field] = {}
     for base in cls.__mro__:
-        if (declared := vars(base).get("declares")) is not None:
-            assert issubclass(declared, Declared)
-            return {each.name: each for each in fields_of(declared)} | found
         make = vars(base).get("__init__")
         if not inspect.isfunction(make):
             continue

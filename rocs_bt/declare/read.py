@@ -154,21 +154,19 @@ def read_value(each: Field, value: object) -> Any:
     return read_fields([each], {each.key: value}, each.name)[each.name]
 
 
-def checked(cls: type[D], values: Mapping[str, Any], what: str, *, among: bool = False) -> D:
+def checked(cls: type[D], values: Mapping[str, Any], what: str) -> D:
     """Make an object from values that a program gives, SI units.
 
     Args:
         cls: Class of the object.
         values: Values by name.
         what: Name of the object in messages, such as `gyro 'imu'`.
-        among: Whether there may be values with other names.
 
     Raises:
         InputError: Names are unknown or missing, or values are wrong; contains all faults.
     """
     fields = {each.name: each for each in fields_of(cls)}
-    others = [] if among else [name for name in values if name not in fields]
-    faults = [unknown(f"parameter of {what}", name, fields, what) for name in others]
+    faults = [unknown(f"parameter of {what}", name, fields, what) for name in values if name not in fields]
     if missing := [name for name, each in fields.items() if each.required and name not in values]:
         faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(fields)}."))
     given = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items() if name in fields}

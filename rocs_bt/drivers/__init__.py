@@ -1,47 +1,8 @@
-"""Drivers of devices, by backend: MuJoCo, mock without physics, replay of a recording, isolated process.
+"""Devices of robots: in the simulation, on hardware, and those that replay a recording.
 
-robot.toml names a driver; each backend has a class for this name, with the same parameters. Only `simulation` and
-`catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and `Actuator`.
+Only `simulation` and `catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and
+`Actuator`. The small process of an isolated actuator imports it too, so it imports nothing itself.
 """
 
-from .parameters import (
-    DRIVER_PARAMETERS,
-    ROS2,
-    AttitudeParameters,
-    BatteryParameters,
-    GyroParameters,
-    HeightParameters,
-    LidarParameters,
-    MailboxParameters,
-    OrientationParameters,
-    PositionParameters,
-    RangeConeParameters,
-    RobotSensorParameters,
-    TwistParameters,
-    VelocityParameters,
-    WheelSpeedParameters,
-    WheelTravelParameters,
-    declared_parameters,
-    driver_class,
-)
-
-__all__ = [
-    "DRIVER_PARAMETERS",
-    "ROS2",
-    "AttitudeParameters",
-    "BatteryParameters",
-    "GyroParameters",
-    "HeightParameters",
-    "LidarParameters",
-    "MailboxParameters",
-    "OrientationParameters",
-    "PositionParameters",
-    "RangeConeParameters",
-    "RobotSensorParameters",
-    "TwistParameters",
-    "VelocityParameters",
-    "WheelSpeedParameters",
-    "WheelTravelParameters",
-    "declared_parameters",
-    "driver_class",
-]
+ROS2 = "ros2"
+"""Driver of sensors and actuators on hardware that communicate by ROS 2."""

@@ -1,6 +1,6 @@
 """World of a scenario: compiled model, robots with devices, scripted actors and objects, and the judges of outcomes."""
 
-from .devices import Driver, hardware_driver, mujoco_driver, on_hardware
+from .devices import hardware_driver, on_hardware, simulated_device
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
@@ -16,7 +16,6 @@ __all__ = [
     "POSES_TRIED",
     "SCRIPTED_OBJECTS",
     "SCRIPTED_ROBOTS",
-    "Driver",
     "FreePose",
     "Goal",
     "Judge",
@@ -31,9 +30,9 @@ __all__ = [
     "hardware_driver",
     "make_scripted_object",
     "make_scripted_robot",
-    "mujoco_driver",
     "on_hardware",
     "place_all",
     "run_physics",
+    "simulated_device",
     "stream",
 ]

@@ -1,14 +1,12 @@
-"""Drivers of the devices in robot.toml: shipped drivers by name, user drivers by class and constructor arguments."""
+"""Devices of robot.toml: those of the simulation, of which the class has the keys, and those on hardware."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
 from ..base.clock import Rate
-from ..base.errors import DeviceError, Fault, InputError, located_at
+from ..base.errors import DeviceError, Fault, InputError, UnknownName, located_at, unknown
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -18,44 +16,38 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.driver import registered_driver
-from ..declare import constructor_fields, read_arguments
+from ..declare import constructor_fields, read_arguments, read_values
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
-from ..drivers.mujoco import MujocoActuator, MujocoSensor
+from ..drivers.simulated import ACTUATORS, SENSORS, SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
 
 
-@dataclass(frozen=True)
-class Driver:
-    """Driver of one device.
-
-    Attributes:
-        make: Name of a shipped driver, or a user's class.
-        parameters: Keyword arguments, SI units.
-    """
-
-    make: Any
-    parameters: Mapping[str, Any]
-
-    def running(self, *passing: type[Exception]) -> AbstractContextManager[None]:
-        """Context that converts exceptions of a user's class to faults of its file; InputErrors pass unchanged."""
-        return running_class(self.make, *passing) if isinstance(self.make, type) else nullcontext()
-
-
-def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """Driver of a device in simulation.
+@overload
+def simulated_device(catalog: Catalog, robot: RobotSpec, device: SensorSpec) -> SimulatedSensor: ...
+@overload
+def simulated_device(catalog: Catalog, robot: RobotSpec, device: ActuatorSpec) -> SimulatedActuator: ...
+def simulated_device(
+    catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
+) -> SimulatedSensor | SimulatedActuator:
+    """Device in simulation with its keys, not yet bound to a world.
 
     Raises:
-        InputError: A user's class does not load, does not extend a MuJoCo driver, or does not take the device's keys;
-            lists every fault.
+        InputError: A user's class does not load, does not extend a simulated device, or does not take the device's
+            keys; lists every fault.
     """
     if (other := registered_driver(device.driver)) is not None:
         message = f"'{device.name}' uses {other.title} and is not simulated."
         hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
         raise InputError(Fault(message, robot.file, device.line, hint=hint))
+    wanted: Any = SimulatedSensor if isinstance(device, SensorSpec) else SimulatedActuator
     if not is_reference(device.driver):
-        return Driver(device.driver, device.arguments)
-    wanted = MujocoSensor if isinstance(device, SensorSpec) else MujocoActuator
+        found = device.parameters
+        if isinstance(found, SimulatedSensor | SimulatedActuator) and isinstance(found, wanted):
+            return found
+        kind, known = ("sensor", SENSORS) if wanted is SimulatedSensor else ("actuator", ACTUATORS)
+        with located_at(robot.file, device.line):
+            raise UnknownName(unknown(f"{kind} driver", device.driver, known, "rocs_bt"))
     cls = _class(catalog, robot, device)
     if not issubclass(cls, wanted):
         raise InputError(
@@ -64,22 +56,23 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
                 robot.file,
                 device.line,
                 hint=f"To drive a real robot: rocs-bt drive SCENARIO. To simulate this one extend "
-                f"rocs_bt.drivers.mujoco.{wanted.__name__}.",
+                f"rocs_bt.drivers.mujoco.{wanted.__name__.replace('Simulated', 'Mujoco')}.",
             )
         )
-    return _driver(cls, "mount", robot, device)
+    with located_at(robot.file, device.line), running_class(cls):
+        return read_values(cls, device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 
-def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """Driver of a device on hardware: a user's class, or a registered one, by its name.
+def hardware_driver(
+    catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
+) -> tuple[type[Any], Mapping[str, Any]]:
+    """Class of a user's device on hardware, and its keyword arguments, SI units.
 
     Raises:
         InputError: The driver is for simulation only, or the class does not load, extends neither Sensor nor Actuator,
             or does not take the device's keys; lists every fault.
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
-    if registered_driver(device.driver) is not None:
-        return Driver(device.driver, device.arguments)
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
@@ -92,7 +85,9 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
         if not issubclass(cls, kind):
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
-    return _driver(cls, "host", robot, device)
+        with running_class(cls):
+            declared = constructor_fields(cls, ("name", "host"))
+        return cls, read_arguments(declared, device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 
 def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
@@ -106,7 +101,7 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
         registered_driver(device.driver) is not None
         or (
             is_reference(device.driver)
-            and not issubclass(_class(catalog, robot, device), (MujocoSensor, MujocoActuator))
+            and not issubclass(_class(catalog, robot, device), (SimulatedSensor, SimulatedActuator))
         )
         for device in devices
     )
@@ -130,9 +125,9 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
     if isinstance(device, ActuatorSpec) and (other := registered_driver(device.driver)) is not None:
         with located_at(robot.file, device.line):
             return other.actuator(robot, device, False)(host)
-    driver = hardware_driver(catalog, robot, device)
-    with located_at(robot.file, device.line), driver.running(DeviceError):
-        return driver.make(device.name, host, **driver.parameters)
+    cls, arguments = hardware_driver(catalog, robot, device)
+    with located_at(robot.file, device.line), running_class(cls, DeviceError):
+        return cls(device.name, host, **arguments)
 
 
 def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, host: Host) -> IsolatedActuator:
@@ -147,11 +142,10 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, ho
     if (other := registered_driver(actuator.driver)) is not None:
         with located_at(robot.file, actuator.line):
             return IsolatedActuator(other.actuator(robot, actuator, True), actuator.max_command_age, host)
-    driver = hardware_driver(catalog, robot, actuator)
-    file, _, cls = actuator.driver.partition(":")
+    cls, arguments = hardware_driver(catalog, robot, actuator)
+    file, _, name = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):
-        two = bool(driver.make.two_owners)
-        maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters, two)
+        maker = DeviceMaker(robot.beside(file), name, actuator.name, arguments, bool(cls.two_owners))
         return IsolatedActuator(maker, actuator.max_command_age, host)
 
 
@@ -159,11 +153,3 @@ def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
     file, _, name = device.driver.partition(":")
     with located_at(robot.file, device.line):
         return catalog.load_class(robot.beside(file), name)
-
-
-def _driver(cls: type, second: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    with located_at(robot.file, device.line):
-        with running_class(cls):
-            declared = constructor_fields(cls, ("name", second))
-        what = f"the driver {cls.__name__} of '{device.name}'"
-        return Driver(cls, read_arguments(declared, device.arguments, what))

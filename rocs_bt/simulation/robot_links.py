@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.geometry import Pose3
-from ..drivers.mujoco import DriverWorld
+from ..drivers.mujoco import DriverWorld, Motors
 from ..drivers.mujoco.body import collides, find_bodies
 
 Matrix = npt.NDArray[np.float64]
@@ -119,6 +119,11 @@ class RobotLinks:
         found = self._model.site(f"{self._prefix}{site}")
         link, there = self._of[int(self._model.site_bodyid[found.id])]
         return link.name, pose_of(there @ matrix_of(found.pos, found.quat))
+
+    def joints(self, motors: Motors) -> list[str]:
+        """Names of the joints of motors, without the robot's prefix."""
+        named = (str(self._model.joint(int(self._model.dof_jntid[dof])).name) for dof in motors.joints)
+        return [name.removeprefix(self._prefix) for name in named]
 
     def frame(self, body: int) -> tuple[Link, Matrix]:
         """Link that carries a body of the model, by its ID, and the pose of the body on it."""

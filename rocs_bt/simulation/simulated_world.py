@@ -13,25 +13,24 @@ from ..agent import RobotDevices
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, located_at
 from ..base.geometry import Pose2
-from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, perturbed
-from ..declare import place_of
-from ..drivers.mujoco import (
-    FreeObject,
-    MujocoActuator,
-    MujocoWorld,
-    Odometer,
-    PoseSensor,
-    RobotInstance,
-    SensorMount,
-    Velocity,
-    compile_model,
-    make_actuator,
-    make_sensor,
+from ..catalog import (
+    ActorSpec,
+    ActuatorSpec,
+    AgentSpec,
+    Catalog,
+    RobotSpec,
+    ScenarioSpec,
+    SensorSpec,
+    perturbed,
+    running_class,
 )
+from ..declare import place_of
+from ..drivers.mujoco import FreeObject, MujocoWorld, RobotInstance, SensorMount, compile_model
+from ..drivers.simulated import Odometer, PoseSensor, Velocity, WheelTravel
 from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..interfaces.safety import SafetyGate
-from .devices import mujoco_driver
+from .devices import simulated_device
 from .ground import ground_pieces
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
@@ -152,19 +151,10 @@ def _sensors(
     """Sensors of an agent's robot, by name."""
     made: dict[str, Sensor] = {}
     for spec in robot.sensors:
-        driver = mujoco_driver(catalog, robot, spec)
-        rng = stream(scenario.name, seed, name, noise_of(spec.name))
-        with located_at(robot.file, spec.line), driver.running():
-            made[spec.name] = make_sensor(
-                world,
-                name,
-                spec.name,
-                driver.make,
-                driver.parameters,
-                noise=spec.noise,
-                rng=rng,
-                latency=spec.latency,
-                drop_out=spec.drop_out,
+        sensor, rng = simulated_device(catalog, robot, spec), stream(scenario.name, seed, name, noise_of(spec.name))
+        with located_at(robot.file, spec.line), running_class(type(sensor)):
+            made[spec.name] = sensor.bind(
+                spec.name, world, name, rng, noise=spec.noise, latency=spec.latency, drop_out=spec.drop_out
             )
     return made
 
@@ -173,15 +163,14 @@ def _add_odometer(
     world: MujocoWorld, name: str, robot: RobotSpec, sensors: Mapping[str, Sensor], rng: np.random.Generator
 ) -> None:
     """Connect the pose sensors that read an odometer to one of the robot's own wheels, or of its base without any."""
-    dead = [each for each in sensors.values() if isinstance(each, PoseSensor) and each.given.odometry]
+    dead = [each for each in sensors.values() if isinstance(each, PoseSensor) and each.odometry]
     if not dead:
         return
-    locomotion = robot.locomotion
-    motors = {key: value for key, value in robot.mover.arguments.items() if key in ENCODED}
-    travel = None
-    if locomotion.wheels and "motors" in motors:
-        travel = make_sensor(world, name, ODOMETER, "wheel_travel", {**motors, "counts": COUNTS}).sample
-    odometer = Odometer(world, name, dead[0].given.odometry, rng, travel, locomotion)
+    travel, motors = None, robot.mover.parameters
+    if robot.locomotion.wheels and isinstance(motors, Velocity):
+        encoders = WheelTravel(**{key: getattr(motors, key) for key in ENCODED}, counts=COUNTS)
+        travel = encoders.bind(ODOMETER, world, name).sample
+    odometer = Odometer(world, name, dead[0].odometry, rng, travel, robot.locomotion)
     for each in dead:
         each.odometer = odometer
 
@@ -262,8 +251,8 @@ def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
 
 
 def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
-    driver = mujoco_driver(catalog, robot, sensor)
-    return SensorMount(sensor.name, driver.make, driver.parameters, robot.file, sensor.line, driver.running)
+    device = simulated_device(catalog, robot, sensor)
+    return SensorMount(sensor.name, device, robot.file, sensor.line, partial(running_class, type(device)))
 
 
 def _actuator(
@@ -278,13 +267,12 @@ def _actuator(
     wheels: dict[str, Callable[[], list[float]]],
 ) -> SafetyGate:
     """Safety gate of one actuator; adds the function for the true wheel speeds of the owner to `wheels`."""
-    driver = mujoco_driver(catalog, robot, spec)
-    with located_at(robot.file, spec.line), driver.running():
-        rng = stream(scenario.name, seed, owner, loop_of(spec.name))
-        device = make_actuator(world, owner, spec.name, driver.make, driver.parameters, rng)
+    actuator = simulated_device(catalog, robot, spec)
+    with located_at(robot.file, spec.line), running_class(type(actuator)):
+        device = actuator.bind(spec.name, world, owner, stream(scenario.name, seed, owner, loop_of(spec.name)))
         robot.check_twists(device)
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
-    if isinstance(device, MujocoActuator) and device.has_loop:
+    if device.has_loop:
         world.attach(partial(gate.run, device.before_step))
     if spec.name == robot.motion.actuator:
         wheeled = bool(robot.locomotion.wheels)

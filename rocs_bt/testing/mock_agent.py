@@ -1,23 +1,50 @@
-"""Agent on mock devices: the wiring of a robot.toml without physics."""
+"""Agent on mock devices: the wiring of a robot.toml on a flat world without physics."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..agent.wiring import LoadClass
 from ..base.clock import Clock, Rate
+from ..base.errors import DeviceError, InputError
 from ..base.geometry import Pose2
-from ..catalog import RobotSpec, load_class
-from ..drivers import LidarParameters, RangeConeParameters
-from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
+from ..catalog import ActuatorSpec, RobotSpec, SensorSpec, load_class
+from ..drivers.simulated import MailboxSensor, RangeCone, SimulatedActuator, SimulatedSensor, Velocity
+from ..drivers.simulated.flat import FlatRobot, FlatWorld
 from ..event import EventSink
-from ..interfaces.device import Sensor
+from ..interfaces.device import Reading, Sensor
 from ..interfaces.safety import SafetyGate
 from ..interfaces.service import Service
 from ..knowledge import Knowledge
+
+D = TypeVar("D", SimulatedSensor, SimulatedActuator)
+
+
+class MockSensor(Sensor):
+    """Sensor with readings that a test can replace.
+
+    Attributes:
+        values: Values of all readings, SI units; None for those of the device.
+        broken: Reason of a simulated failure; None while the sensor works.
+
+    Args:
+        device: Sensor on a flat world.
+    """
+
+    def __init__(self, device: SimulatedSensor) -> None:
+        super().__init__(device.name)
+        self.device = device
+        self.values: Iterable[float] | None = None
+        self.broken: str | None = None
+
+    def read(self) -> Reading:
+        if self.broken is not None:
+            raise DeviceError(f"sensor '{self.name}' has no reading: {self.broken}.")
+        return self.device.read() if self.values is None else Reading(self.device.world.stamp, list(self.values))
 
 
 @dataclass
@@ -26,15 +53,15 @@ class MockDevices:
 
     Attributes:
         clock: Clock of the devices, which the agent's runner advances.
-        world: Mock world with walls and round obstacles.
-        robot: Mock robot, which executes commands without delay.
-        sensors: Sensors by name.
+        world: Flat world with walls and round obstacles.
+        robot: Robot on it, which executes commands without delay.
+        sensors: Sensors by name, each a `MockSensor`, except mailboxes.
         actuators: Safety gates of the actuators, by name; their watchdogs are checked when the world advances.
     """
 
     clock: Clock
-    world: MockWorld
-    robot: MockRobot
+    world: FlatWorld
+    robot: FlatRobot
     sensors: dict[str, Sensor]
     actuators: dict[str, SafetyGate]
 
@@ -54,7 +81,7 @@ def mock_devices(
     front; a scanner faces forward.
 
     Args:
-        spec: The robot; each driver must have a mock.
+        spec: The robot; its drivers must be shipped ones.
         clock: Clock of the devices.
         pose: Start pose, world frame; the origin by default.
         period: Control period [s].
@@ -62,25 +89,31 @@ def mock_devices(
         agent: Name of the agent in these events.
 
     Raises:
-        InputError: A driver has no mock, or does not accept its parameters.
+        InputError: A driver is not a shipped one of the simulation.
     """
-    world, locomotion = MockWorld(clock), spec.locomotion
-    mounts = {
-        site: Pose2(0.0, 0.0, math.tau * i / len(s.parameters.sites))
-        for s in spec.sensors
-        if isinstance(s.parameters, RangeConeParameters)
-        for i, site in enumerate(s.parameters.sites)
-    }
-    lidars = [s.parameters for s in spec.sensors if isinstance(s.parameters, LidarParameters)]
-    mounts |= {lidar.site: Pose2(0.0, 0.0, 0.0) for lidar in lidars}
-    robot = MockRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts)
-    sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.arguments) for s in spec.sensors}
+    world, locomotion = FlatWorld(clock), spec.locomotion
+    devices = [_shipped(s, SimulatedSensor) for s in spec.sensors]
+    motion = [_shipped(a, SimulatedActuator) for a in spec.actuators]  # type: ignore[type-abstract]
+    mounts = dict[str, Pose2]()
+    for sites, turns in ((each.mounted_at(), isinstance(each, RangeCone)) for each in devices):
+        mounts |= {site: Pose2(0.0, 0.0, turns * math.tau * i / len(sites)) for i, site in enumerate(sites)}
+    wheels = [each for each in motion if isinstance(each, Velocity)]
+    motors = {name: factor for each in wheels for name, factor in zip(each.motors, each.factors, strict=True)}
+    robot = FlatRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts, motors, name=agent)
+    bound = [each.bind(s.name, world, robot.name) for s, each in zip(spec.sensors, devices, strict=True)]
+    sensors: dict[str, Sensor] = {s.name: s if isinstance(s, MailboxSensor) else MockSensor(s) for s in bound}
     actuators = {
-        a.name: a.guard(make_actuator(robot, a.name, a.driver, a.arguments), clock, period, sink, agent)
-        for a in spec.actuators
+        a.name: a.guard(each.bind(a.name, world, robot.name), clock, period, sink, agent)
+        for a, each in zip(spec.actuators, motion, strict=True)
     }
     robot.gates.extend(actuators.values())
     return MockDevices(clock, world, robot, sensors, actuators)
+
+
+def _shipped(device: SensorSpec | ActuatorSpec, kind: type[D]) -> D:
+    if isinstance(device.parameters, kind):
+        return device.parameters
+    raise InputError(f"the driver '{device.driver}' of '{device.name}' has no mock.")
 
 
 def mock_agent(

@@ -11,6 +11,8 @@ from rocs_bt import run
 from rocs_bt.agent import Agent, RobotDevices, Runtime
 from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.catalog import Catalog, RobotSpec, ScenarioSpec
+from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.drivers.simulated.flat import FlatWorld
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
 from rocs_bt.running.build_agents import build_agents
@@ -94,8 +96,8 @@ def test_a_mind_on_mock_drivers_is_the_mind_on_mujocos(scenario: str) -> None:
         devices = [*one.sensors.values(), *(w._device for w in one.actuators.values())]
         others = [*other.sensors.values(), *(w._device for w in other.actuators.values())]
         assert [d.name for d in devices] == [d.name for d in others]
-        assert {type(d).__module__.split(".")[2] for d in devices} == {"mujoco"}
-        assert {type(d).__module__.split(".")[2] for d in others} == {"mock"}
+        assert {type(d.world) for d in devices} == {MujocoWorld}
+        assert {type(getattr(d, "device", d).world) for d in others} == {FlatWorld}
 
 
 def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_path: Any) -> None:

@@ -8,16 +8,12 @@ CODE = """\
 from dataclasses import dataclass
 
 from rocs_bt import AtomicAction, Monitor, Progress, Signal
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.plan import Mission
 from rocs_bt.base.units import LENGTH
 
 
 class Beacon(MujocoSensor):
-    def __init__(self, name: str, mount: Mount):
-        super().__init__(name, mount)
-        self.mount = mount
-
     def sample(self) -> list[float]:
         {sample}
         return [1.0]
@@ -33,22 +29,23 @@ class Hear(Monitor):
 
 
 class Wheels(MujocoActuator):
-    def __init__(self, name: str, mount: Mount) -> None:
-        super().__init__(name, 2, mount)
-        self.motors = mount.world.motors(mount.robot, ("left_motor", "right_motor"), 30.0)
+    size = 2
+
+    def set_up(self):
+        self.motors = self.world.motors(self.robot, ("left_motor", "right_motor"), 30.0)
 
     def command(self, values):
         {command}
-        self.mount.world.drive(self.motors, [v / 0.0975 for v in values])
+        self.world.drive(self.motors, [v / 0.0975 for v in values])
 
     def neutral(self):
-        self.mount.world.drive(self.motors, [0.0, 0.0])
+        self.world.drive(self.motors, [0.0, 0.0])
 
     def before_step(self, t):
         {loop}
 
     def measured(self):
-        return [0.0975 * s for s in self.mount.world.motor_speeds(self.motors)]
+        return [0.0975 * s for s in self.world.motor_speeds(self.motors)]
 """
 
 TABLES = """
@@ -92,7 +89,7 @@ def test_without_a_defect_the_robot_reaches_its_goal(own, project, rocs_bt):
 @pytest.mark.parametrize(
     ("method", "kind", "name", "clock"),
     [
-        ("sample", "sensor", "radio", "self.mount.world.clock"),
+        ("sample", "sensor", "radio", "self.world.clock"),
         ("interpret", "monitor", "radio", "self.knowledge.clock"),
     ],
 )
@@ -106,7 +103,7 @@ def test_a_sensor_or_monitor_that_raises_does_not_end_the_run(method, kind, name
 
 
 @pytest.mark.parametrize(
-    "where", [{"command": "self.mount.world.clock.now() > 1.0 and 1 / 0"}, {"loop": "t > 1.0 and 1 / 0"}]
+    "where", [{"command": "self.world.clock.now() > 1.0 and 1 / 0"}, {"loop": "t > 1.0 and 1 / 0"}]
 )
 def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(where, own, project, rocs_bt):
     line = own(**where)

@@ -1,4 +1,4 @@
-"""A user's own drivers: keys by the constructor's signature, and classes that raise, through `check` and `run`."""
+"""A user's own drivers: keys by the fields of the class, and classes that raise, through `check` and `run`."""
 
 from __future__ import annotations
 
@@ -8,21 +8,23 @@ import pytest
 
 DRIVER = """\
 from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
 
 
 class Beacon(MujocoSensor):
-    def __init__(self, name: str, mount: Mount, *, reach: PositiveMetres, steps: int = 2, at: list[Metres] = ()):
-        super().__init__(name, mount)
-        self.reach, self.at = reach, at
+    reach: PositiveMetres
+    steps: int = 2
+    at: tuple[Metres, ...] = ()
 
-    @classmethod
-    def prepare(cls, model, name, parameters):
+    def set_up(self):
+        self.said = [self.reach]
+
+    def prepare(self, model, name):
         pass
 
     def sample(self) -> list[float]:
-        return [self.reach]
+        return self.said
 
 
 class Hear(Monitor):
@@ -34,15 +36,16 @@ class Hear(Monitor):
 
 
 class Idle(MujocoActuator):
-    def __init__(self, name: str, mount: Mount, *, motors: tuple[str, ...]) -> None:
-        super().__init__(name, len(motors), mount)
-        self.motors = mount.world.motors(mount.robot, motors)
+    motors: tuple[str, ...]
+
+    def set_up(self):
+        self.size, self.handle = len(self.motors), self.world.motors(self.robot, self.motors)
 
     def command(self, values):
-        self.mount.world.drive(self.motors, values)
+        self.world.drive(self.handle, values)
 
     def neutral(self):
-        self.mount.world.drive(self.motors, [0.0] * self.size)
+        self.world.drive(self.handle, [0.0] * self.size)
 """
 
 SENSOR = """
@@ -75,15 +78,15 @@ def line_of(file: Path, text: str) -> int:
     return next(i for i, line in enumerate(file.read_text().splitlines(), 1) if line.strip().startswith(text))
 
 
-def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
+def test_keys_are_fields_in_si_units(beacon, rocs_bt):
     keys = 'steps = 3\nat = ["1 m", "20 cm"]\nreach ='
     folder = beacon(
-        ("        self.reach, ", "        if steps == 3: raise OSError(reach, at)\n        self.reach, "),
+        ("        self.said", "        if self.steps == 3: raise OSError(self.reach, self.at)\n        self.said"),
         ("reach =", keys),
     )
     told = rocs_bt("check", folder)
     assert told.code == 2
-    assert "OSError: [Errno 1.5] [1.0, 0.2]" in told.out + told.err
+    assert "OSError: [Errno 1.5] (1.0, 0.2)" in told.out + told.err
     file = folder / "robot.toml"
     file.write_text(file.read_text().replace("steps = 3", "steps = 4"))
     assert rocs_bt("check").code == 0
@@ -93,12 +96,11 @@ def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
 def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt):
     folder = project / "robots" / "rover"
     (folder / "deaf.py").write_text("""\
-from rocs_bt.drivers.mujoco import SENSORS
+from rocs_bt.drivers.simulated import RangeCone
 
 
-class Deaf(SENSORS["range_cone"]):
-    def __init__(self, name, mount, *, deaf: bool = False, **rest):
-        super().__init__(name, mount, **rest)
+class Deaf(RangeCone):
+    deaf: bool = False
 """)
     toml = folder / "robot.toml"
     toml.write_text(toml.read_text().replace('driver = "range_cone"', 'driver = "deaf.py:Deaf"\ndeaf = true'))
@@ -125,16 +127,16 @@ def test_a_driver_that_replaces_an_inherited_one_does_not_inherit_its_keys(beaco
 RAISING = {
     "import": ("class Beacon(", "1 / 0\nclass Beacon("),
     "exit": ("class Beacon(", "raise SystemExit(7)\nclass Beacon("),
-    "constructor": ("self.reach, self.at = reach, at", "self.reach, self.at = {}[reach], at"),
+    "constructor": ("self.said = [self.reach]", "self.said = [{}[self.reach]]"),
     "prepare": ("        pass", "        model.body('nose').pos[0] = 1"),
-    "sample": ("return [self.reach]", "return [self.reach / 0]"),
+    "sample": ("return self.said", "return [self.said[0] / 0]"),
     "interpret": ('return {"beacon": readings["radio"].values}', 'return {"beacon": readings["radios"].values}'),
     "signals": ("return [Signal(", "return [Sgnal("),
 }
 ODD = {
-    "sample none": ("return [self.reach]", "return None"),
-    "sample texts": ("return [self.reach]", 'return ["far"]'),
-    "sample number": ("return [self.reach]", "return self.reach"),
+    "sample none": ("return self.said", "return None"),
+    "sample texts": ("return self.said", 'return ["far"]'),
+    "sample number": ("return self.said", "return self.reach"),
     "interpret none": ('return {"beacon": readings["radio"].values}', "return 3"),
     "interpret other": ('return {"beacon": readings["radio"].values}', 'return {"nothing": [1.0]}'),
     "interpret long": ('return {"beacon": readings["radio"].values}', 'return {"beacon": [1.0, 2.0]}'),
@@ -161,5 +163,5 @@ def test_check_reports_what_an_own_class_returns_wrongly_at_the_class(beacon, ro
     told = rocs_bt("check")
     assert told.code == 2, told.out + told.err
     assert "Traceback" not in told.out + told.err
-    name = "Beacon" if "self.reach" in code[0] else "Hear"
+    name = "Beacon" if "self.said" in code[0] else "Hear"
     assert f"{file}:{line_of(file, f'class {name}')}: {name} of this file raised" in told.out + told.err

@@ -150,12 +150,12 @@ def test_scripted_robots_have_their_robots_own_drivers(project, rocs_bt):
     edit(project, ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
     edit(project, SCENARIO, "[[agent]]", ACTOR + "[[agent]]")
     (project / "robots" / "rover" / "own.py").write_text(
-        "from rocs_bt.drivers.mujoco import ACTUATORS\n\n\n"
-        "class Loud(ACTUATORS['velocity']):\n"
+        "from rocs_bt.drivers.simulated import Velocity\n\n\n"
+        "class Loud(Velocity):\n"
         "    def command(self, values):\n"
         "        super().command(values)\n"
         "        with open('commanded.txt', 'a') as file:\n"
-        "            file.write(self.mount.robot + '\\n')\n"
+        "            file.write(self.robot + '\\n')\n"
     )
     told = rocs_bt("run", "first", "--for", "0.5", "--no-report")
     assert told.code == 1, told.text

@@ -76,7 +76,7 @@ def test_the_streams_draw_the_same_number_of_times_whatever_the_planner_does():
         generators = {}
 
         def keep(stage, generators=generators):
-            generators.update({n: s.mount.rng for n, s in stage.sensors["R2"].items() if hasattr(s, "mount")})
+            generators.update({n: s.rng for n, s in stage.sensors["R2"].items() if hasattr(s, "rng")})
 
         spec = planner.drives(CATALOG.load_scenario("exp1_localised"), "R2")
         run(spec, CATALOG, seed=2, duration=2.0, prepare=keep)

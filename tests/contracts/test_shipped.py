@@ -12,7 +12,6 @@ from rocs_bt.analyze import ANALYZERS
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.catalog import KINDS, Catalog, content_hash
 from rocs_bt.check import check_content
-from rocs_bt.drivers import DRIVER_PARAMETERS, mock, mujoco
 from rocs_bt.event import NullSink
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
@@ -113,14 +112,6 @@ def test_a_scenario_begins_and_repeats(scenario):
     assert first.trajectory_hash == second.trajectory_hash
     assert first.sim_time == pytest.approx(1.0)
     assert all(a.outcome != "error" for a in first.agents.values())
-
-
-@pytest.mark.parametrize("driver", DRIVER_PARAMETERS)
-def test_every_driver_exists_in_simulation_and_as_a_mock(driver):
-    real = {**mujoco.SENSORS, **mujoco.ACTUATORS}
-    mocked = {**mock.SENSORS, **mock.ACTUATORS}
-    assert driver in real
-    assert driver in mocked
 
 
 @pytest.mark.parametrize("name", [*ACTIONS, *MONITORS, *ANALYZERS])

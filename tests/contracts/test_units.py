@@ -19,7 +19,7 @@ from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
 from rocs_bt.declare import Field, constructor_fields, fields_of, read_arguments
-from rocs_bt.drivers import DRIVER_PARAMETERS
+from rocs_bt.drivers.simulated import ACTUATORS, SENSORS
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
 from rocs_bt.plan import mission_parameters
@@ -31,18 +31,19 @@ def owners() -> Iterator[tuple[str, type, Mapping[str, Field]]]:
     """Name, documented class and parameters of every shipped class whose parameters files give."""
     yield from ((n, c, constructor_fields(c, BLOCK["monitor"])) for n, c in MONITORS.items())
     yield from ((n, c, constructor_fields(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
-    yield from ((n, c, {f.name: f for f in fields_of(c)}) for n, c in DRIVER_PARAMETERS.items())
+    yield from ((n, c, {f.name: f for f in fields_of(c)}) for n, c in {**SENSORS, **ACTUATORS}.items())
     yield from ((n, c, parameters_of(c)) for n, c in action_table().items())
     catalog, seen = Catalog(), set[str]()
     for robot in (catalog.load_robot(entry.name) for entry in catalog.list("robot")):
         blocks = [(b, BLOCK["monitor"]) for b in robot.monitors] + [(b, BLOCK["analyze"]) for b in robot.analyzers]
         devices = [*robot.sensors, *robot.actuators]
-        for reference, positional in [(b.cls, p) for b, p in blocks] + [(d.driver, ("name", "mount")) for d in devices]:
+        for reference, positional in [(b.cls, p) for b, p in blocks] + [(d.driver, None) for d in devices]:
             file, _, name = reference.partition(":")
             if name and reference not in seen:
                 seen.add(reference)
                 cls = catalog.load_class(robot.beside(file), name)
-                yield reference, cls, constructor_fields(cls, positional)
+                fields = fields_of(cls) if positional is None else constructor_fields(cls, positional).values()
+                yield reference, cls, {each.name: each for each in fields}
 
 
 OWNERS = list(owners())

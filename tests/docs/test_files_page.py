@@ -14,7 +14,7 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
 from rocs_bt.declare import Keys, Rest, Value, fields_of
-from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters
+from rocs_bt.drivers.simulated import ACTUATORS, SENSORS, declared_keys
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor
@@ -245,12 +245,12 @@ def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
 
 def test_every_drivers_parameters_are_documented():
     found = by_owner("Drivers")
-    assert found == {name: {each.key for each in fields_of(p)} for name, p in DRIVER_PARAMETERS.items()}
+    assert found == {name: {each.key for each in fields_of(p)} for name, p in {**SENSORS, **ACTUATORS}.items()}
 
 
 @pytest.mark.parametrize("kind", ["sensor", "actuator"])
 def test_every_key_of_the_driver_ros2_is_documented(kind):
-    declared = declared_parameters("ros2", kind)
+    declared = declared_keys("ros2", kind)
     assert keys(f"{kind.capitalize()}s with driver ros2") == {each.key for each in fields_of(declared)}
 
 
@@ -264,12 +264,12 @@ def test_every_blocks_parameters_are_documented():
     assert found == {name: names for name, names in wanted.items() if names}
 
 
-def declared_keys(cls):
+def keys_of(cls):
     """Keys of a table of a declared class."""
     found = set()
     for each in fields_of(cls):
         if (inner := each.mark(Keys)) is not None and inner.here:
-            found |= declared_keys(inner.cls)
+            found |= keys_of(inner.cls)
         elif (rest := each.mark(Rest)) is not None:
             found |= set(rest.keys)
         elif each.is_key:
@@ -289,14 +289,14 @@ def tables(cls, title):
 def test_the_keys_of_a_declared_table_are_documented(title, cls):
     if title == "scenario.agent.success":  # a row of the table above it
         (text,) = [row[1] for row in rows("scenario.agent") if row[0] == "`success`"]
-        assert all(re.search(rf"\b{key} = ", text) for key in declared_keys(cls))
+        assert all(re.search(rf"\b{key} = ", text) for key in keys_of(cls))
         return
-    assert keys(title) - {"base"} == declared_keys(cls)
+    assert keys(title) - {"base"} == keys_of(cls)
 
 
 def test_every_scripts_parameters_are_documented():
     scripts = {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}
-    assert by_owner("Scripts of scripted actors") == {n: declared_keys(c.Parameters) for n, c in scripts.items()}
+    assert by_owner("Scripts of scripted actors") == {n: keys_of(c.Parameters) for n, c in scripts.items()}
 
 
 def test_the_places_of_blocks_and_names_are_the_tables():

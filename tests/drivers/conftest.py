@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.devices import sensor_mount
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,7 +29,7 @@ def make_world(tmp_path: Path, p3dx: RobotSpec) -> Callable[..., MujocoWorld]:
         arena = tmp_path / "arena.xml"
         arena.write_text(EMPTY.format(geoms))
         assert p3dx.model is not None
-        mounts = [SensorMount(s.name, s.driver, s.arguments) for s in p3dx.sensors]
+        mounts = [sensor_mount(s.name, s.driver, s.arguments) for s in p3dx.sensors]
         robots = [RobotInstance("R2", p3dx.model, mounts), *(RobotInstance(name, p3dx.model) for name in others)]
         return compose_world(arena, robots, step=step)
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.errors import ActuatorError, DeviceError, UnknownName
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoWorld, RobotInstance, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import MujocoActuator, MujocoWorld, RobotInstance, compose_world
 from rocs_bt.interfaces.safety import Limits, SafetyGate
+from tests.devices import make_device
 
 CRANE = """<mujoco model="crane">
   <compiler angle="radian" autolimits="true"/>
@@ -42,10 +43,11 @@ CRANE = """<mujoco model="crane">
 class Arm(MujocoActuator):
     """Holds the arm at the commanded angle, with noise on the torque."""
 
-    def __init__(self, name: str, mount: Mount, *, raises: bool = False) -> None:
-        super().__init__(name, 1, mount)
-        self.controls = mount.world.controls(mount.robot, ["arm"])
-        self.raises = raises
+    size = 1
+    raises: bool = False
+
+    def set_up(self) -> None:
+        self.controls = self.world.controls(self.robot, ["arm"])
         self.target = 0.0
         self.times: list[float] = []
 
@@ -57,12 +59,12 @@ class Arm(MujocoActuator):
 
     def before_step(self, t: float) -> None:
         self.times.append(t)
-        world = self.mount.world
+        world = self.world
         assert t == world.stamp
-        assert world.position(self.mount.robot) == world.data.qpos[:3].tolist()
-        assert world.pose(self.mount.robot)[:2] == tuple(world.data.qpos[:2].tolist())
+        assert world.position(self.robot) == world.data.qpos[:3].tolist()
+        assert world.pose(self.robot)[:2] == tuple(world.data.qpos[:2].tolist())
         angle, rate = world.joint_positions(self.controls), world.joint_velocities(self.controls)
-        torque = 30.0 * (self.target - angle) - 1.0 * rate + self.mount.rng.normal(0.0, 0.05)
+        torque = 30.0 * (self.target - angle) - 1.0 * rate + self.rng.normal(0.0, 0.05)
         world.set_controls(self.controls, torque)
         if self.raises and t > 0.5:
             raise ZeroDivisionError("no angle")
@@ -77,7 +79,7 @@ def world(tmp_path) -> MujocoWorld:
 
 
 def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, SafetyGate]:
-    arm = make_actuator(world, "C", "arm", Arm, parameters, np.random.default_rng(seed))
+    arm = make_device(world, "C", "arm", Arm, parameters, rng=np.random.default_rng(seed))
     assert isinstance(arm, Arm)
     gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
     world.attach(partial(gate.run, arm.before_step))
@@ -100,7 +102,7 @@ def test_a_robot_without_wheels_drives_into_what_it_lands_on_only_by_its_own_mot
     table = '<geom name="table" type="box" size="0.05 0.05 0.1" pos="0 0 0.1"/>'
     arena.write_text(f'<mujoco><option gravity="0 0 0"/><worldbody>{table}</worldbody></mujoco>')
     world = compose_world(arena, [RobotInstance("C", tmp_path / "robot.xml")], step=0.005)
-    arm = make_actuator(world, "C", "arm", Arm, {}, np.random.default_rng(1))
+    arm = make_device(world, "C", "arm", Arm, {}, rng=np.random.default_rng(1))
     gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
     world.watch_motion("C", gate)
     if commanded:

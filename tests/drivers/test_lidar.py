@@ -15,9 +15,9 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.mock import MockRobot, MockWorld
-from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from tests.devices import make_device, sensor_mount
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 GIVEN = {"site": "lidar", "rays": 181, "span": math.radians(270.0), "range": [0.06, 10.0]}
@@ -30,18 +30,18 @@ def make(tmp_path: Path, geoms: str = "", step: float = 0.005) -> MujocoWorld:
     arena = tmp_path / "arena.xml"
     arena.write_text(EMPTY.format(geoms))
     assert ROBOT.model is not None
-    return compose_world(arena, [RobotInstance("R", ROBOT.model, [SensorMount("lidar", "lidar", GIVEN)])], step=step)
+    return compose_world(arena, [RobotInstance("R", ROBOT.model, [sensor_mount("lidar", "lidar", GIVEN)])], step=step)
 
 
 def test_the_robots_file_says_the_same_of_its_mount_as_its_model(tmp_path: Path) -> None:
     (lidar,) = (sensor for sensor in ROBOT.sensors if sensor.driver == "lidar")
-    fan = make_sensor(make(tmp_path), "R", "lidar", "lidar", lidar.arguments).fan()
+    fan = make_device(make(tmp_path), "R", "lidar", "lidar", lidar.arguments).fan()
     axis = fan.yaw + 0.5 * (fan.rays - 1) * fan.step
     assert lidar.mount == pytest.approx((fan.x, fan.y, axis))
 
 
 def test_it_says_how_its_rays_are_mounted(tmp_path: Path) -> None:
-    fan = make_sensor(make(tmp_path), "R", "lidar", "lidar", GIVEN).fan()
+    fan = make_device(make(tmp_path), "R", "lidar", "lidar", GIVEN).fan()
     assert (fan.x, fan.y, fan.rays, fan.reach) == pytest.approx((0.12, 0.0, 181, 10.0))
     assert [fan.yaw + k * fan.step for k in range(fan.rays)] == pytest.approx(BEARINGS.tolist())
 
@@ -56,10 +56,10 @@ def test_agrees_with_plane_geometry(tmp_path: Path, pose: Pose2, posts: list[tup
     geoms = "".join(f'<geom type="cylinder" size="{r} .5" pos="{x} {y} .5"/>' for (x, y), r in circles)
     world = make(tmp_path, geoms)
     world.place("R", pose)
-    found = np.array(make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values)
+    found = np.array(make_device(world, "R", "lidar", "lidar", GIVEN).read().values)
     drive = make_locomotion("skid", effective_wheel_separation=0.55, max_wheel_speed=2.0, max_wheel_acceleration=2.5)
-    mock = MockRobot(MockWorld(SimulatedClock(0.1), circles=circles), drive, pose, {"lidar": MOUNT})
-    wanted = np.array(make_mock_sensor(mock, "lidar", "lidar", GIVEN).read().values)
+    mock = FlatRobot(FlatWorld(SimulatedClock(0.1), circles=circles), drive, pose, {"lidar": MOUNT})
+    wanted = np.array(make_device(mock.world, mock.name, "lidar", "lidar", GIVEN).read().values)
     for ray in np.flatnonzero(
         ~np.isclose(found, wanted, rtol=0.0, atol=1e-6)
     ):  # where they differ, the ray touches a post's edge or its end
@@ -76,37 +76,37 @@ def test_looks_from_the_right_to_the_left_and_turns_with_the_robot(tmp_path: Pat
         tmp_path, '<geom type="box" size=".1 1 .5" pos="3 0 .5"/><geom type="box" size="1 .1 .5" pos="0 2 .5"/>'
     )
     world.place("R", Pose2(0.0, 0.0, 0.0))
-    values = make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values
+    values = make_device(world, "R", "lidar", "lidar", GIVEN).read().values
     assert values[90] == pytest.approx(2.9 - 0.12)  # straight ahead
     assert values[150] == pytest.approx(1.9)  # 90 deg to the left
     assert values[30] == math.inf  # nothing to the right
     world.place("R", Pose2(0.0, 0.0, math.pi / 2.0))
-    assert make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values[90] == pytest.approx(1.9 - 0.12)
+    assert make_device(world, "R", "lidar", "lidar", GIVEN).read().values[90] == pytest.approx(1.9 - 0.12)
 
 
 def test_no_echo_is_infinite_and_what_is_too_near_is_the_least_range(tmp_path: Path) -> None:
     near = '<geom type="cylinder" size=".05 .05" pos="{} 0 .32"/>'
     world = make(tmp_path, near.format(0.12 + 0.07))
     world.place("R", Pose2(0.0, 0.0))
-    values = make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values
+    values = make_device(world, "R", "lidar", "lidar", GIVEN).read().values
     assert values[90] == 0.06
     assert values[0] == math.inf
     world = make(tmp_path, '<geom type="box" size=".1 9 .5" pos="10.3 0 .5"/>')
     world.place("R", Pose2(0.0, 0.0))
-    assert make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values[90] == math.inf  # 10.08 m
+    assert make_device(world, "R", "lidar", "lidar", GIVEN).read().values[90] == math.inf  # 10.08 m
 
 
 def test_its_noise_is_its_own_and_one_instant_says_one_thing(tmp_path: Path) -> None:
     world = make(tmp_path, '<geom type="box" size=".1 9 .5" pos="3 0 .5"/>')
     world.place("R", Pose2(0.0, 0.0))
     made = [
-        make_sensor(world, "R", "lidar", "lidar", GIVEN, noise=0.02, rng=np.random.default_rng(seed))
+        make_device(world, "R", "lidar", "lidar", GIVEN, noise=0.02, rng=np.random.default_rng(seed))
         for seed in (1, 1, 2)
     ]
     first, same, other = ([*sensor.read().values] for sensor in made)
     assert first == same != other
     assert [*made[0].read().values] == first
-    clean = np.array(make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values)
+    clean = np.array(make_device(world, "R", "lidar", "lidar", GIVEN).read().values)
     seen = np.isfinite(clean)
     assert np.std(np.array(first)[seen] - clean[seen]) == pytest.approx(0.02, rel=0.3)
     assert np.isinf(np.array(first)[~seen]).all()
@@ -128,9 +128,8 @@ def test_says_what_is_wrong(tmp_path: Path, wrong: dict[str, object], message: s
     assert ROBOT.model is not None
     arena = tmp_path / "arena.xml"
     arena.write_text(EMPTY.format(""))
-    mount = SensorMount("lidar", "lidar", {**GIVEN, **wrong})
     with pytest.raises(InputError, match=message):
-        compose_world(arena, [RobotInstance("R", ROBOT.model, [mount])])
+        compose_world(arena, [RobotInstance("R", ROBOT.model, [sensor_mount("lidar", "lidar", {**GIVEN, **wrong})])])
 
 
 WHEELS = {
@@ -143,7 +142,7 @@ def driven(tmp_path: Path, delay: float, steps: int, step: float = 0.005) -> lis
     """How far the robot has come after each physics step, when it is told to drive at once and to stop at 0.25 s."""
     world = make(tmp_path, step=step)
     world.place("R", Pose2(0.0, 0.0))
-    wheels = make_actuator(world, "R", "wheels", "velocity", {**WHEELS, "max_acceleration": 5.0, "delay": delay})
+    wheels = make_device(world, "R", "wheels", "velocity", {**WHEELS, "max_acceleration": 5.0, "delay": delay})
     wheels.command([0.5] * 4)
     way = []
     for i in range(steps):
@@ -165,7 +164,7 @@ def test_motors_with_a_delay_do_the_same_later(tmp_path: Path) -> None:
 def test_who_has_a_command_coming_is_commanded(tmp_path: Path) -> None:
     world = make(tmp_path)
     world.place("R", Pose2(0.0, 0.0))
-    wheels = make_actuator(world, "R", "wheels", "velocity", {**WHEELS, "delay": 0.1})
+    wheels = make_device(world, "R", "wheels", "velocity", {**WHEELS, "delay": 0.1})
     assert not world.commanded("R")
     wheels.command([0.5] * 4)
     assert world.commanded("R")
@@ -178,6 +177,6 @@ def test_a_delay_is_a_whole_number_of_steps(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match=r"the delay of R's motors, 7 ms, is not a whole number of physics steps of 5 ms"
     ):
-        make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": 0.007})
+        make_device(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": 0.007})
     with pytest.raises(InputError, match=r"delay of .* must be between 0 and 10 s"):
-        make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": -0.1})
+        make_device(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": -0.1})

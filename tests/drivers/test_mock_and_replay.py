@@ -10,25 +10,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import DeviceError, InputError, UnknownName
-from rocs_bt.base.geometry import Pose2, Twist2
+from rocs_bt.base.errors import DeviceError, InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import checked
-from rocs_bt.drivers import DRIVER_PARAMETERS, mock
-from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
-from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS
-from rocs_bt.drivers.parameters import RangeConeParameters
 from rocs_bt.drivers.replay import ReplayActuator, replay_sensors
+from rocs_bt.drivers.simulated import RangeCone
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.interfaces.safety import Limits, SafetyGate
+from rocs_bt.testing.mock_agent import MockSensor
+from tests.devices import make_device
 
 DRIVE = make_locomotion("differential", wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}
 speeds = st.floats(-1.0, 1.0)
 
 
-def robot(world: MockWorld) -> MockRobot:
-    return MockRobot(world, DRIVE, Pose2(0.0, 0.0), {"front": Pose2(0.2, 0.0, 0.0)})
+def robot(world: FlatWorld) -> FlatRobot:
+    return FlatRobot(world, DRIVE, Pose2(0.0, 0.0), {"front": Pose2(0.2, 0.0, 0.0)}, {"l": 0.1, "r": 0.1})
 
 
 @given(speeds, speeds, st.floats(-3.0, 3.0), st.floats(0.001, 2.0))
@@ -49,26 +49,26 @@ def test_sideways_drives_go_sideways(left: float, duration: float) -> None:
 
 def test_a_mock_robot_does_as_commanded_and_says_so() -> None:
     clock = SimulatedClock(0.1)
-    world = MockWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0))])
+    world = FlatWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0))])
     body = robot(world)
-    wheels = make_actuator(body, "wheels", "velocity", WHEELS)
+    wheels = make_device(body.world, body.name, "wheels", "velocity", WHEELS)
     wheels.command([0.5, 0.5])
     for _ in range(10):
         clock.advance()
         world.advance(0.1)
     assert body.pose == pytest.approx((0.5, 0.0, 0.0))
-    assert make_sensor(body, "p", "position", {}).read().values[:2] == pytest.approx([0.5, 0.0])
-    assert make_sensor(body, "e", "wheel_speed", WHEELS).read().values == [0.5, 0.5]
-    sonar = make_sensor(body, "s", "range_cone", {"sites": ["front"], "range": [0.1, 5.0]})
+    assert make_device(body.world, body.name, "p", "position", {}).read().values[:2] == pytest.approx([0.5, 0.0])
+    assert make_device(body.world, body.name, "e", "wheel_speed", WHEELS).read().values == pytest.approx([0.5, 0.5])
+    sonar = make_device(body.world, body.name, "s", "range_cone", {"sites": ["front"], "range": [0.1, 5.0]})
     assert sonar.read().values == pytest.approx([1.3])
     assert sonar.read().stamp == pytest.approx(1.0)
 
 
 def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
     clock = SimulatedClock(0.1)
-    world = MockWorld(clock)
+    world = FlatWorld(clock)
     body = robot(world)
-    wheels = make_actuator(body, "wheels", "velocity", WHEELS)
+    wheels = make_device(body.world, body.name, "wheels", "velocity", WHEELS)
     gate = SafetyGate(wheels, clock, Limits((-1.2,), (1.2,), together=True), period=0.1, max_age=0.2)
     body.gates.append(gate)
     gate.command([1.0, 1.0])
@@ -81,13 +81,15 @@ def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
 @given(st.floats(0.0, 6.2), st.floats(0.5, 3.0), st.floats(0.05, 0.4))
 def test_a_ray_at_a_circle_stops_at_its_rim(yaw: float, distance: float, radius: float) -> None:
     centre = (distance * math.cos(yaw), distance * math.sin(yaw))
-    world = MockWorld(SimulatedClock(0.1), circles=[(centre, radius)])
+    world = FlatWorld(SimulatedClock(0.1), circles=[(centre, radius)])
     assert world.ray(0.0, 0.0, yaw) == pytest.approx(distance - radius)
     assert world.ray(0.0, 0.0, yaw + math.pi) == math.inf
 
 
 def test_a_mock_sensor_can_be_told_what_to_say_and_to_break() -> None:
-    sensor = MockSensor("s", robot(MockWorld(SimulatedClock(0.1))))
+    body = robot(FlatWorld(SimulatedClock(0.1)))
+    sensor = MockSensor(make_device(body.world, body.name, "s", "height", {}))
+    assert sensor.read().values == [0.0]
     sensor.values = [math.nan, 1.0]
     assert sensor.read().values[1] == 1.0
     sensor.broken = "unplugged"
@@ -95,23 +97,17 @@ def test_a_mock_sensor_can_be_told_what_to_say_and_to_break() -> None:
         sensor.read()
 
 
-def test_every_backend_has_every_driver() -> None:
-    assert set(SENSORS) | set(ACTUATORS) == set(mock.SENSORS) | set(mock.ACTUATORS) == set(DRIVER_PARAMETERS)
-
-
-def test_unknown_drivers_and_mounts_list_what_exists() -> None:
-    body = robot(MockWorld(SimulatedClock(0.1)))
-    with pytest.raises(UnknownName, match="The mock backend has: attitude, battery, gyro, height, lidar, mailbox"):
-        make_sensor(body, "s", "radar", {})
+def test_unknown_mounts_and_motors_list_what_exists() -> None:
+    body = robot(FlatWorld(SimulatedClock(0.1)))
     with pytest.raises(InputError, match="no mount for sensor 's' is named 'rear'"):
-        make_sensor(body, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
-    with pytest.raises(InputError, match="has 1 motors, the robot's drive 2 wheels"):
-        make_actuator(body, "wheels", "velocity", {"motors": ["l"], "wheel_radius": 0.1})
+        make_device(body.world, body.name, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
+    with pytest.raises(InputError, match=r"no motor is named 'm'.*The robot 'R1' has: l, r"):
+        make_device(body.world, body.name, "wheels", "velocity", {"motors": ["l", "m"], "wheel_radius": 0.1})
 
 
 def test_all_faults_of_parameters_are_told_at_once() -> None:
     with pytest.raises(InputError) as error:
-        checked(RangeConeParameters, {"sites": "sonar0", "beams": 3}, "sensor 's'")
+        checked(RangeCone, {"sites": "sonar0", "beams": 3}, "sensor 's'")
     assert len(error.value.faults) == 3
 
 

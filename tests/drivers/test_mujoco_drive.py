@@ -11,16 +11,17 @@ import pytest
 from rocs_bt.base.errors import DeviceError, InputError, UnknownName
 from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Actuator
 from rocs_bt.interfaces.safety import SafetyGate
+from tests.devices import make_device
 
 MakeWorld = Callable[..., MujocoWorld]
 
 
 def wheels_of(world: MujocoWorld, p3dx: RobotSpec, robot: str = "R2") -> Actuator:
-    return make_actuator(world, robot, "wheels", "velocity", p3dx.actuators[0].arguments)
+    return make_device(world, robot, "wheels", "velocity", p3dx.actuators[0].arguments)
 
 
 def settle(world: MujocoWorld, wheels: Actuator, speeds: tuple[float, float]) -> None:
@@ -91,16 +92,16 @@ def test_encoders_tell_rim_speeds_and_mind_the_signs(make_world: MakeWorld, p3dx
     world = make_world()
     settle(world, wheels_of(world, p3dx), (0.3, -0.1))
     parameters = next(s for s in p3dx.sensors if s.name == "encoders").arguments
-    plain = make_sensor(world, "R2", "encoders", "wheel_speed", parameters)
+    plain = make_device(world, "R2", "encoders", "wheel_speed", parameters)
     assert plain.read().values == pytest.approx([0.3, -0.1], abs=2e-3)
-    turned = make_sensor(world, "R2", "encoders", "wheel_speed", {**parameters, "signs": [1, -1]})
+    turned = make_device(world, "R2", "encoders", "wheel_speed", {**parameters, "signs": [1, -1]})
     assert turned.read().values == pytest.approx([0.3, 0.1], abs=2e-3)
 
 
 def test_a_motor_mounted_the_other_way_round_goes_the_other_way(make_world: MakeWorld, p3dx: RobotSpec) -> None:
     world = make_world()
     parameters = {**p3dx.actuators[0].arguments, "signs": [1, -1]}
-    settle(world, make_actuator(world, "R2", "wheels", "velocity", parameters), (0.2, -0.2))
+    settle(world, make_device(world, "R2", "wheels", "velocity", parameters), (0.2, -0.2))
     assert world.twist("R2").forward == pytest.approx(0.2, abs=2e-3)
     assert world.twist("R2").turn == pytest.approx(0.0, abs=2e-3)
 
@@ -135,13 +136,11 @@ def test_unknown_names_list_what_exists(make_world: MakeWorld, p3dx: RobotSpec) 
     world = make_world()
     with pytest.raises(UnknownName, match=r"no robot is named 'R3'.*R2"):
         world.pose("R3")
-    with pytest.raises(UnknownName, match=r"no actuator driver is named 'servo'.*velocity"):
-        make_actuator(world, "R2", "wheels", "servo", {})
     parameters = {**p3dx.actuators[0].arguments, "motors": ["left_moter", "right_motor"]}
     with pytest.raises(UnknownName, match=r"'left_moter'.*Did you mean 'left_motor'"):
-        make_actuator(world, "R2", "wheels", "velocity", parameters)
+        make_device(world, "R2", "wheels", "velocity", parameters)
     with pytest.raises(InputError, match=r"wheel_radius of .* must be positive"):
-        make_actuator(world, "R2", "wheels", "velocity", {**p3dx.actuators[0].arguments, "wheel_radius": 0.0})
+        make_device(world, "R2", "wheels", "velocity", {**p3dx.actuators[0].arguments, "wheel_radius": 0.0})
 
 
 def test_place_puts_a_robot_there_at_rest(make_world: MakeWorld, p3dx: RobotSpec) -> None:

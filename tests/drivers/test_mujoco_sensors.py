@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +19,10 @@ from rocs_bt.base.geometry import Pose2, Pose3
 from rocs_bt.base.units import Metres
 from rocs_bt.catalog import RobotSpec, load_robot
 from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
-from rocs_bt.drivers.mock import MockRobot, MockWorld
-from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
-from rocs_bt.drivers.mujoco import (
-    Mount,
-    MujocoSensor,
-    MujocoWorld,
-    RobotInstance,
-    SensorMount,
-    compose_world,
-    make_actuator,
-    make_sensor,
-)
-from rocs_bt.drivers.mujoco.sensors import RangeCone
+from rocs_bt.drivers.mujoco import MujocoSensor, MujocoWorld, RobotInstance, compose_world
+from rocs_bt.drivers.simulated import RangeCone
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from tests.devices import make_device, sensor_mount
 
 from .conftest import EMPTY, ROOT
 
@@ -43,7 +34,7 @@ POST = '<geom name="post" type="cylinder" size="0.05 0.25" pos="1 0.2 0.25"/>'
 
 def sonar_of(world: MujocoWorld, p3dx: RobotSpec, **changes: object) -> RangeCone:
     spec = next(s for s in p3dx.sensors if s.name == "sonar")
-    sensor = make_sensor(world, "R2", "sonar", spec.driver, {**spec.arguments, **changes})
+    sensor = make_device(world, "R2", "sonar", spec.driver, {**spec.arguments, **changes})
     assert isinstance(sensor, RangeCone)
     return sensor
 
@@ -76,10 +67,10 @@ def test_the_mock_sees_what_mujoco_sees(
     pose = Pose2(x, y, yaw)
     post_world.place("R2", pose)
     mounts = {f"sonar{i}": Pose2(b.x, b.y, b.yaw) for i, b in enumerate(post_sonar.beams())}
-    mock = MockWorld(post_world.clock, circles=[((1.0, 0.2), 0.05)])
-    robot = MockRobot(mock, p3dx.locomotion, pose, mounts)
+    mock = FlatWorld(post_world.clock, circles=[((1.0, 0.2), 0.05)])
+    robot = FlatRobot(mock, p3dx.locomotion, pose, mounts)
     parameters = next(s for s in p3dx.sensors if s.name == "sonar").arguments
-    seen = make_mock_sensor(robot, "sonar", "range_cone", parameters).read().values
+    seen = make_device(robot.world, robot.name, "sonar", "range_cone", parameters).read().values
     # Grazing rays may differ: a cylinder is an ideal one in both, but rounding decides on its edge.
     differing = [
         (a, b)
@@ -94,7 +85,7 @@ def post_world(tmp_path_factory: pytest.TempPathFactory, p3dx: RobotSpec) -> Muj
     arena = tmp_path_factory.mktemp("post") / "arena.xml"
     arena.write_text(f'<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>{POST}</worldbody></mujoco>')
     assert p3dx.model is not None
-    mounts = [SensorMount(s.name, s.driver, s.arguments) for s in p3dx.sensors]
+    mounts = [sensor_mount(s.name, s.driver, s.arguments) for s in p3dx.sensors]
     return compose_world(arena, [RobotInstance("R2", p3dx.model, mounts)])
 
 
@@ -125,7 +116,7 @@ def test_it_sees_other_robots_and_not_itself(make_world: MakeWorld, p3dx: RobotS
 def test_a_reading_is_of_the_instant_it_is_read(make_world: MakeWorld, p3dx: RobotSpec) -> None:
     world = make_world(WALL)
     world.place("R2", Pose2(0.2, 0.0, 0.0))
-    make_actuator(world, "R2", "wheels", "velocity", p3dx.actuators[0].arguments).command((0.5, 0.5))
+    make_device(world, "R2", "wheels", "velocity", p3dx.actuators[0].arguments).command((0.5, 0.5))
     sonar = sonar_of(world, p3dx)
     first, x = sonar.read(), world.pose("R2").x
     world.advance(40)
@@ -141,7 +132,7 @@ def test_reading_changes_nothing_in_the_world(make_world: MakeWorld, p3dx: Robot
         world = make_world(WALL)
         world.place("R2", Pose2(0.3, 0.1, 0.2))
         world.data.qvel[0:2] = 0.4, 0.1
-        sensors = [make_sensor(world, "R2", s.name, s.driver, s.arguments) for s in p3dx.sensors]
+        sensors = [make_device(world, "R2", s.name, s.driver, s.arguments) for s in p3dx.sensors]
         for _ in range(20):
             world.advance(10)
             if read:
@@ -156,8 +147,8 @@ def test_reading_changes_nothing_in_the_world(make_world: MakeWorld, p3dx: Robot
 def test_position_and_orientation_are_the_truth(make_world: MakeWorld) -> None:
     world = make_world()
     world.place("R2", Pose2(1.0, -2.0, 3.0))
-    assert make_sensor(world, "R2", "position", "position", {}).read().values == pytest.approx([1.0, -2.0, 0.0975])
-    assert make_sensor(world, "R2", "orientation", "orientation", {}).read().values == pytest.approx([3.0])
+    assert make_device(world, "R2", "position", "position", {}).read().values == pytest.approx([1.0, -2.0, 0.0975])
+    assert make_device(world, "R2", "orientation", "orientation", {}).read().values == pytest.approx([3.0])
 
 
 def test_twist_attitude_and_height_are_the_truth_of_a_tilted_body(make_world: MakeWorld) -> None:
@@ -170,7 +161,7 @@ def test_twist_attitude_and_height_are_the_truth_of_a_tilted_body(make_world: Ma
     world.data.qpos[body.q : body.q + 7] = [*pose[:3], *pose.quaternion]
     world.data.qvel[body.v : body.v + 3] = c * forward - s * left, s * forward + c * left, up
     world.data.qvel[body.v + 3 : body.v + 6] = rotation.reshape(3, 3).T @ [0.2, -0.4, rate]  # body frame
-    sensors = {name: make_sensor(world, "R2", name, name, {}) for name in ("twist", "attitude", "height")}
+    sensors = {name: make_device(world, "R2", name, name, {}) for name in ("twist", "attitude", "height")}
     found = {name: sensor.read().values for name, sensor in sensors.items()}
     assert found["twist"] == pytest.approx([forward, left, up, rate])
     assert found["attitude"] == pytest.approx([0.3, -0.5])
@@ -179,7 +170,7 @@ def test_twist_attitude_and_height_are_the_truth_of_a_tilted_body(make_world: Ma
 
 def test_noise_of_a_twist_sensor(make_world: MakeWorld) -> None:
     world, noise = make_world(), {"speed_noise": 0.02, "turn_noise": 0.1}
-    sensor = make_sensor(world, "R2", "twist", "twist", noise)
+    sensor = make_device(world, "R2", "twist", "twist", noise)
     assert sensor.read().values == sensor.read().values, "a second reading of the same instant is equal"
 
     def later() -> list[float]:
@@ -189,28 +180,28 @@ def test_noise_of_a_twist_sensor(make_world: MakeWorld) -> None:
     spread = np.std([later() for _ in range(2000)], axis=0)
     assert spread == pytest.approx([0.02, 0.02, 0.02, 0.1], rel=0.1)
     with pytest.raises(InputError, match=r"does not take 'noise'. Use speed_noise and turn_noise"):
-        make_sensor(world, "R2", "twist", "twist", {}, noise=0.1)
+        make_device(world, "R2", "twist", "twist", {}, noise=0.1)
     with pytest.raises(InputError, match=r"speed_noise of .* must be at least 0 m/s, found -1"):
-        make_sensor(world, "R2", "twist", "twist", {"speed_noise": -1.0})
+        make_device(world, "R2", "twist", "twist", {"speed_noise": -1.0})
 
 
 def test_a_mock_robot_measures_its_commanded_twist() -> None:
     limits = {axis: Axis(max_speed=1.0, max_acceleration=1.0) for axis in ("vx", "vy", "vz")}
     limits["wz"] = TurnAxis(max_speed=1.0, max_acceleration=1.0)
-    robot = MockRobot(MockWorld(SimulatedClock(0.05)), make_locomotion("flying", **limits), Pose2(0.0, 0.0))
+    robot = FlatRobot(FlatWorld(SimulatedClock(0.05)), make_locomotion("flying", **limits), Pose2(0.0, 0.0))
     robot.motion = [0.1, 0.2, 0.3, 0.4]
-    assert make_mock_sensor(robot, "twist", "twist", {}).read().values == [0.1, 0.2, 0.3, 0.4]
-    noisy = make_mock_sensor(robot, "twist", "twist", {"speed_noise": 0.1}).read().values
+    assert make_device(robot.world, robot.name, "twist", "twist", {}).read().values == [0.1, 0.2, 0.3, 0.4]
+    noisy = make_device(robot.world, robot.name, "twist", "twist", {"speed_noise": 0.1}).read().values
     assert noisy[0] != 0.1
     assert noisy[3] == 0.4
-    assert make_mock_sensor(robot, "attitude", "attitude", {}).read().values == [0.0, 0.0]
-    assert make_mock_sensor(robot, "height", "height", {}).read().values == [0.0]
+    assert make_device(robot.world, robot.name, "attitude", "attitude", {}).read().values == [0.0, 0.0]
+    assert make_device(robot.world, robot.name, "height", "height", {}).read().values == [0.0]
 
 
 def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
     def draw(seed: int) -> list[float]:
         world, rng, found = make_world(), np.random.default_rng(seed), []
-        sensor = make_sensor(world, "R2", "position", "position", {}, noise=0.1, rng=rng)
+        sensor = make_device(world, "R2", "position", "position", {}, noise=0.1, rng=rng)
         for _ in range(200):
             found += sensor.read().values[:2]
             assert sensor.read().values[:2] == found[-2:], "a second look at the same instant says the same"
@@ -236,9 +227,9 @@ def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
 def test_wrong_parameters_are_told(p3dx: RobotSpec, tmp_path: object, changes: dict[str, object], message: str) -> None:
     spec = next(s for s in p3dx.sensors if s.name == "sonar")
     assert p3dx.model is not None
-    placed = RobotInstance("R2", p3dx.model, [SensorMount("sonar", "range_cone", {**spec.arguments, **changes})])
+    arena, given = p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml", {**spec.arguments, **changes}
     with pytest.raises(InputError, match=message):
-        compose_world(p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml", [placed])
+        compose_world(arena, [RobotInstance("R2", p3dx.model, [sensor_mount("sonar", "range_cone", given)])])
 
 
 CONE = math.radians(20.0)
@@ -268,48 +259,46 @@ def test_layers_spread_the_rays_of_a_beam_in_all_directions(tmp_path: Path, axis
     x, y, z = map(float, target.split())
     world.write_text(f'<mujoco><worldbody><geom name="ball" size="0.09" pos="{x} {y} {z + 2.0}"/></worldbody></mujoco>')
     parameters = {"sites": ["eye"], "range": [0.0, 3.0], "half_angle": CONE, "rays": 9, "layers": 9}
-    found = compose_world(world, [RobotInstance("R", robot, [SensorMount("cone", "range_cone", parameters)])])
+    found = compose_world(world, [RobotInstance("R", robot, [sensor_mount("cone", "range_cone", parameters)])])
     found.data.qpos[2] = 2.0
-    assert math.isfinite(make_sensor(found, "R", "cone", "range_cone", parameters).read().values[0]) == seen
+    assert math.isfinite(make_device(found, "R", "cone", "range_cone", parameters).read().values[0]) == seen
 
 
 class Tilt(MujocoSensor):
     """A user's own driver: the tilt of the base, through a site that it adds to the model itself."""
 
-    def __init__(self, name: str, mount: Mount, *, height: Metres) -> None:
-        super().__init__(name, mount)
+    height: Metres
 
-    @classmethod
-    def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        model.body("base").add_site(name=name, pos=[0.0, 0.0, parameters["height"]])
+    def prepare(self, model: Any, name: str) -> None:
+        model.body("base").add_site(name=name, pos=[0.0, 0.0, self.height])
 
     def sample(self) -> list[float]:
-        world = self.mount.world
+        world = self.world
         world.update_poses()
-        return [float(world.data.site(f"{self.mount.robot}/{self.name}").xpos[2])]
+        return [float(world.data.site(f"{self.robot}/{self.name}").xpos[2])]
 
 
 def test_a_users_own_driver_fits_in(p3dx: RobotSpec) -> None:
     assert p3dx.model is not None
     arena = p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml"
-    world = compose_world(arena, [RobotInstance("R2", p3dx.model, [SensorMount("tilt", Tilt, {"height": 0.3})])])
-    sensor = make_sensor(world, "R2", "tilt", Tilt, {"height": 0.3})
+    world = compose_world(arena, [RobotInstance("R2", p3dx.model, [sensor_mount("tilt", Tilt, {"height": 0.3})])])
+    sensor = make_device(world, "R2", "tilt", Tilt, {"height": 0.3})
     assert sensor.read().values == pytest.approx([0.3975])
 
 
 def test_the_beams_of_the_quadrotor_look_ahead_up_and_down(tmp_path) -> None:
     robot = load_robot(ROOT / "robots" / "quadrotor" / "robot.toml")
     cones = [s for s in robot.sensors if s.driver == "range_cone"]
-    mounts = [SensorMount(s.name, s.driver, s.arguments) for s in cones]
+    mounts = [sensor_mount(s.name, s.driver, s.arguments) for s in cones]
     (tmp_path / "arena.xml").write_text(EMPTY.format(""))
     assert robot.model is not None
     world = compose_world(tmp_path / "arena.xml", [RobotInstance("R", robot.model, mounts)])
-    sensors = {s.name: make_sensor(world, "R", s.name, s.driver, s.arguments) for s in cones}
+    sensors = {s.name: make_device(world, "R", s.name, s.driver, s.arguments) for s in cones}
     elevations = {
         site: round(math.degrees(beam.elevation))
         for sensor in sensors.values()
         if isinstance(sensor, RangeCone)
-        for site, beam in zip(sensor.parameters.sites, sensor.beams(), strict=True)
+        for site, beam in zip(sensor.sites, sensor.beams(), strict=True)
     }
     assert (elevations["up"], elevations["down"]) == (90, -90)
     assert {e for site, e in elevations.items() if site not in ("up", "down")} == {3, -67}

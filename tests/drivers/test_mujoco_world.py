@@ -17,7 +17,7 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.drivers.mujoco.body import hull_outline, outlines
 
 MakeWorld = Callable[..., MujocoWorld]
@@ -28,7 +28,7 @@ WALL = '<geom name="wall" type="box" size="0.05 3 0.25" pos="1.05 0 0.25"/>'
 
 
 def drive(world: MujocoWorld, p3dx: RobotSpec, robot: str, speed: float) -> None:
-    make_actuator(world, robot, "wheels", "velocity", p3dx.actuators[0].arguments).command((speed, speed))
+    p3dx.actuators[0].parameters.bind("wheels", world, robot).command((speed, speed))
 
 
 def test_the_hull_is_the_true_outline(make_world: MakeWorld) -> None:
@@ -150,13 +150,13 @@ import hashlib, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from rocs_bt.catalog import load_robot
-from rocs_bt.drivers.mujoco import RobotInstance, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import RobotInstance, compose_world
 from rocs_bt.base.geometry import Pose2
 p3dx = load_robot(Path({robot!r}))
 world = compose_world(Path({arena!r}), [RobotInstance("R2", p3dx.model), RobotInstance("R1", p3dx.model)])
 world.place("R2", Pose2(-1.0, 2.0, 0.3)); world.place("R1", Pose2(0.2, 2.1, 3.0))
 for name, speeds in (("R2", (0.4, 0.3)), ("R1", (0.3, 0.35))):
-    make_actuator(world, name, "wheels", "velocity", p3dx.actuators[0].arguments).command(speeds)
+    p3dx.actuators[0].parameters.bind("wheels", world, name).command(speeds)
 digest = hashlib.sha256()
 for _ in range(80):
     world.advance(10); world.digest(digest)

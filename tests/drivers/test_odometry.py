@@ -12,11 +12,9 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers import WheelTravelParameters
-from rocs_bt.drivers.mock import MockRobot, MockWorld
-from rocs_bt.drivers.mock import make_actuator as make_mock_actuator
-from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
-from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from tests.devices import make_device
 
 MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
 ODOMETER = {**MOTORS, "counts": 1000}
@@ -25,30 +23,33 @@ DRIVE = make_locomotion("differential", wheel_separation=0.331, max_wheel_speed=
 
 
 def test_travel_is_in_whole_counts_and_grows_without_end() -> None:
-    given = WheelTravelParameters(motors=("a", "b"), wheel_radius=0.1, signs=(1, -1), counts=8)
-    eighth = math.tau / 8.0
-    assert given.travel([0.99 * eighth, -0.01 * eighth]) == pytest.approx([0.0, 0.1 * eighth])
-    assert given.travel([100.5 * eighth, 0.5 * eighth]) == pytest.approx([10.0 * eighth, 0.0])
+    robot = FlatRobot(FlatWorld(SimulatedClock(0.05)), DRIVE, Pose2(0.0, 0.0), {}, {"a": 0.1, "b": -0.1})
+    given = {"motors": ["a", "b"], "wheel_radius": 0.1, "signs": [1, -1], "counts": 8}
+    sensor, eighth = make_device(robot.world, robot.name, "o", "wheel_travel", given), 0.1 * math.tau / 8.0
+    robot.wheel_travel = [0.99 * eighth, 0.01 * eighth]
+    assert sensor.read().values == pytest.approx([0.0, eighth])
+    robot.wheel_travel = [100.5 * eighth, -0.5 * eighth]
+    assert sensor.read().values == pytest.approx([100.0 * eighth, 0.0])
 
 
 @pytest.mark.parametrize("wrong", [{"counts": 0}, {"counts": 1.5}, {}])
 def test_counts_must_make_sense(wrong: dict[str, float]) -> None:
-    world = MockWorld(SimulatedClock(0.05))
-    robot = MockRobot(world, DRIVE, Pose2(0.0, 0.0))
+    world = FlatWorld(SimulatedClock(0.05))
+    robot = FlatRobot(world, DRIVE, Pose2(0.0, 0.0))
     with pytest.raises(InputError, match="counts"):
-        make_mock_sensor(robot, "odometer", "wheel_travel", {**MOTORS, **wrong})
+        make_device(robot.world, robot.name, "odometer", "wheel_travel", {**MOTORS, **wrong})
 
 
 def test_mujoco_and_the_mock_roll_and_turn_alike(make_world: Callable[..., MujocoWorld]) -> None:
     world = make_world()
     clock = SimulatedClock(0.05)
-    flat = MockWorld(clock)
-    mock = MockRobot(flat, DRIVE, Pose2(0.0, 0.0))
+    flat = FlatWorld(clock)
+    mock = FlatRobot(flat, DRIVE, Pose2(0.0, 0.0), motors=dict.fromkeys(MOTORS["motors"], 0.0975))
     world.place("R2", Pose2(0.0, 0.0))
-    real = [make_sensor(world, "R2", *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
-    fake = [make_mock_sensor(mock, *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
-    wheels = make_actuator(world, "R2", "wheels", "velocity", MOTORS)
-    mock_wheels = make_mock_actuator(mock, "wheels", "velocity", MOTORS)
+    real = [make_device(world, "R2", *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
+    fake = [make_device(mock.world, mock.name, *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
+    wheels = make_device(world, "R2", "wheels", "velocity", MOTORS)
+    mock_wheels = make_device(mock.world, mock.name, "wheels", "velocity", MOTORS)
     turned = {id(real[1]): 0.0, id(fake[1]): 0.0}
     start = real[0].read().values
     for _ in range(60):
@@ -70,8 +71,8 @@ def test_mujoco_and_the_mock_roll_and_turn_alike(make_world: Callable[..., Mujoc
 def test_a_wheel_that_slips_has_rolled_all_the_same(make_world: Callable[..., MujocoWorld]) -> None:
     world = make_world('<geom name="wall" type="box" size="0.05 2 0.3" pos="0.3 0 0.3"/>')
     world.place("R2", Pose2(0.0, 0.0))
-    odometer = make_sensor(world, "R2", "o", "wheel_travel", ODOMETER)
-    wheels = make_actuator(world, "R2", "wheels", "velocity", MOTORS)
+    odometer = make_device(world, "R2", "o", "wheel_travel", ODOMETER)
+    wheels = make_device(world, "R2", "wheels", "velocity", MOTORS)
     for _ in range(100):
         wheels.command([0.5, 0.5])
         world.advance(10)
@@ -83,7 +84,7 @@ def test_a_gyro_has_one_bias_for_life_and_noise_of_its_own(make_world: Callable[
     world, biases, spreads = make_world(), [], []
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        gyro = make_sensor(world, "R2", "g", "gyro", {"bias_noise": 0.1}, noise=0.02, rng=rng)
+        gyro = make_device(world, "R2", "g", "gyro", {"bias_noise": 0.1}, noise=0.02, rng=rng)
         said = []
         for _ in range(30):
             said.append(gyro.read().values[0])

@@ -15,9 +15,9 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.mock import MockRobot, MockWorld
-from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
-from rocs_bt.drivers.mujoco import MujocoWorld, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from tests.devices import make_device
 
 MakeWorld = Callable[..., MujocoWorld]
 NOBODY = [0.0, math.inf, 0.0]
@@ -35,7 +35,7 @@ def world(make_world: MakeWorld) -> MujocoWorld:
 
 
 def read(world: MujocoWorld, **parameters: float) -> list[list[float]]:
-    sensor = make_sensor(world, "R2", "eye", "robot_sensor", {"max_range": 5.0, "max_peers": 2, **parameters})
+    sensor = make_device(world, "R2", "eye", "robot_sensor", {"max_range": 5.0, "max_peers": 2, **parameters})
     values = list(sensor.read().values)
     return [values[i : i + 3] for i in range(0, len(values), 3)]
 
@@ -91,7 +91,7 @@ def test_another_robot_hides_and_what_is_only_drawn_does_not(make_world: MakeWor
 def test_noise_is_as_told_and_the_same_within_one_instant(world: MujocoWorld) -> None:
     world.place("R1", Pose2(0.0, 2.0))
     given = {"max_range": 5.0, "max_peers": 1, "range_noise": 0.05, "bearing_noise": 0.02}
-    sensor = make_sensor(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1))
+    sensor = make_device(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1))
     found = []
     for _ in range(400):
         assert sensor.read().values == sensor.read().values
@@ -105,16 +105,16 @@ def test_noise_is_as_told_and_the_same_within_one_instant(world: MujocoWorld) ->
 def test_who_else_is_in_view_changes_nothing_in_what_is_said_of_one(world: MujocoWorld) -> None:
     given = {"max_range": 5.0, "range_noise": 0.05}
     world.place("R1", Pose2(0.0, 2.0))
-    alone = make_sensor(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1)).read().values[:3]
+    alone = make_device(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1)).read().values[:3]
     world.place("R3", Pose2(0.0, -3.0))
     assert (
-        make_sensor(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1)).read().values[:3] == alone
+        make_device(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1)).read().values[:3] == alone
     )
 
 
 def test_one_noise_for_tag_range_and_bearing_is_refused(world: MujocoWorld) -> None:
     with pytest.raises(InputError, match="range_noise and bearing_noise"):
-        make_sensor(world, "R2", "eye", "robot_sensor", {"max_range": 5.0}, noise=0.1)
+        make_device(world, "R2", "eye", "robot_sensor", {"max_range": 5.0}, noise=0.1)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_one_noise_for_tag_range_and_bearing_is_refused(world: MujocoWorld) -> N
 )
 def test_parameters_that_make_no_sense_are_refused(world: MujocoWorld, wrong: dict[str, float]) -> None:
     with pytest.raises(InputError, match="eye"):
-        make_sensor(world, "R2", "eye", "robot_sensor", wrong)
+        make_device(world, "R2", "eye", "robot_sensor", wrong)
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -141,12 +141,12 @@ def test_the_mock_sees_what_mujoco_sees(wall: MujocoWorld, x: float, y: float, y
     # Near the edge of the wall the two may differ by its thickness; a hull that reaches through it is seen.
     assume(abs(abs(y / x) - 1.0) > 0.1 if abs(x) > 1e-3 else True)
     assume(abs(x - 1.0) > 0.3)
-    mock = MockWorld(SimulatedClock(0.05), segments=[((1.0, -1.0), (1.0, 1.0))])
-    robot = MockRobot(mock, DRIVE, Pose2(0.0, 0.0, yaw))
-    MockRobot(mock, DRIVE, Pose2(x, y))
+    mock = FlatWorld(SimulatedClock(0.05), segments=[((1.0, -1.0), (1.0, 1.0))])
+    robot = FlatRobot(mock, DRIVE, Pose2(0.0, 0.0, yaw))
+    FlatRobot(mock, DRIVE, Pose2(x, y))
     given = {"max_range": 5.0, "max_peers": 1, "half_angle": 2.0}
-    seen = make_mock_sensor(robot, "eye", "robot_sensor", given).read().values
-    assert list(make_sensor(wall, "R2", "eye", "robot_sensor", given).read().values) == pytest.approx(list(seen))
+    seen = make_device(robot.world, robot.name, "eye", "robot_sensor", given).read().values
+    assert list(make_device(wall, "R2", "eye", "robot_sensor", given).read().values) == pytest.approx(list(seen))
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.devices import make_device, sensor_mount
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 MOTORS = ["front_left_motor", "front_right_motor", "rear_left_motor", "rear_right_motor"]
@@ -30,7 +31,7 @@ def world(tmp_path: Path) -> MujocoWorld:
     arena = tmp_path / "arena.xml"
     arena.write_text(WORLD)
     assert ROBOT.model is not None
-    mounts = [SensorMount("lidar", "lidar", LIDAR), SensorMount("cones", "range_cone", CONES)]
+    mounts = [sensor_mount("lidar", "lidar", LIDAR), sensor_mount("cones", "range_cone", CONES)]
     return compose_world(arena, [RobotInstance("R", ROBOT.model, mounts)], step=0.005, clock=SimulatedClock(0.005))
 
 
@@ -64,7 +65,7 @@ DRIVERS: dict[str, dict[str, Any]] = {
 def test_a_late_reading_has_the_values_and_the_stamp_of_its_measurement(world, driver, latency):
     name = {"range_cone": "cones"}.get(driver, "device")
     ideal, late = (
-        make_sensor(world, "R", name, driver, DRIVERS[driver], noise=noise, rng=rng(), latency=each)
+        make_device(world, "R", name, driver, DRIVERS[driver], noise=noise, rng=rng(), latency=each)
         for each in (0.0, latency)
         for noise in [0.0 if driver == "twist" else 0.01]
     )
@@ -78,7 +79,7 @@ def test_a_late_reading_has_the_values_and_the_stamp_of_its_measurement(world, d
 
 
 def test_a_reading_is_lost_with_the_given_probability_and_the_others_are_equal(world):
-    made = [make_sensor(world, "R", "p", "position", {}, noise=0.1, rng=rng(), drop_out=p) for p in (0.0, 0.3, 1.0)]
+    made = [make_device(world, "R", "p", "position", {}, noise=0.1, rng=rng(), drop_out=p) for p in (0.0, 0.3, 1.0)]
     found = readings(world, made, 2000, steps=1)
     whole = {reading.stamp: reading for reading, *_ in found}
     got = [reading.stamp for _, reading, _, _ in found]
@@ -93,7 +94,7 @@ def test_a_reading_is_lost_with_the_given_probability_and_the_others_are_equal(w
 def test_an_echo_is_missing_with_the_given_probability_and_the_others_are_equal(world, name, driver):
     given, share = DRIVERS[driver], 0.2
     whole, patchy = (
-        make_sensor(world, "R", name, driver, {**given, **more}, noise=0.01, rng=rng())
+        make_device(world, "R", name, driver, {**given, **more}, noise=0.01, rng=rng())
         for more in ({}, {"missing_echo": share})
     )
     found = readings(world, [whole, patchy], 300, steps=1)
@@ -108,8 +109,8 @@ def test_an_echo_is_missing_with_the_given_probability_and_the_others_are_equal(
 def test_each_ray_of_a_sweep_sees_the_world_of_its_own_time(world):
     sweep, steps = 0.1, 20
     world.set_object_velocity("person", (0.0, 2.0))
-    swept = make_sensor(world, "R", "lidar", "lidar", {**LIDAR, "sweep": sweep}, rng=rng())
-    still = make_sensor(world, "R", "lidar", "lidar", LIDAR, rng=rng())
+    swept = make_device(world, "R", "lidar", "lidar", {**LIDAR, "sweep": sweep}, rng=rng())
+    still = make_device(world, "R", "lidar", "lidar", LIDAR, rng=rng())
     assert swept.read() == still.read()  # before the start nothing has moved
     world.drive(world.motors("R", MOTORS), [-8.0, 8.0, -8.0, 8.0])
     seen = {}
@@ -127,11 +128,11 @@ def test_each_ray_of_a_sweep_sees_the_world_of_its_own_time(world):
 
 @pytest.mark.parametrize(("driver", "unit"), [("position", 2), ("orientation", 1)])
 def test_the_error_of_a_pose_drifts_as_a_random_walk_and_jumps_at_random_times(world, driver, unit):
-    drifting = [make_sensor(world, "R", "p", driver, {"drift": 0.1}, rng=rng(seed)) for seed in range(300)]
+    drifting = [make_device(world, "R", "p", driver, {"drift": 0.1}, rng=rng(seed)) for seed in range(300)]
     jumping = [
-        make_sensor(world, "R", "p", driver, {"jump": 0.5, "jump_every": 1.0}, rng=rng(seed)) for seed in range(300)
+        make_device(world, "R", "p", driver, {"jump": 0.5, "jump_every": 1.0}, rng=rng(seed)) for seed in range(300)
     ]
-    truth = make_sensor(world, "R", "p", driver, {})
+    truth = make_device(world, "R", "p", driver, {})
 
     def errors(sensors: list[Any]) -> Any:
         exact = np.array(truth.read().values)
@@ -154,8 +155,8 @@ def test_wheels_that_slip_lose_that_share_of_the_travel_and_encoders_do_not_see_
     found = {}
     for slip in ([], [0.2], [0.2, 0.0, 0.2, 0.0]):
         world.place("R", Pose2(-6.0, 3.0))
-        actuator = make_actuator(world, "R", "wheels", "velocity", {**WHEELS, "slip": slip})
-        encoders = make_sensor(world, "R", "travel", "wheel_travel", {**WHEELS, "counts": 100000})
+        actuator = make_device(world, "R", "wheels", "velocity", {**WHEELS, "slip": slip})
+        encoders = make_device(world, "R", "travel", "wheel_travel", {**WHEELS, "counts": 100000})
         start, before = world.pose("R"), encoders.read().values
         actuator.command([0.5] * 4)
         world.advance(200)
@@ -185,4 +186,4 @@ def test_wheels_that_slip_lose_that_share_of_the_travel_and_encoders_do_not_see_
 def test_impossible_faults_are_refused(world, driver, wrong, said):
     name = {"range_cone": "cones"}.get(driver, "lidar")
     with pytest.raises(InputError, match=said):
-        (make_actuator if driver == "velocity" else make_sensor)(world, "R", name, driver, wrong)
+        make_device(world, "R", name, driver, wrong)

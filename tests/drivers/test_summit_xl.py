@@ -10,8 +10,9 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.interfaces.device import Actuator
+from tests.devices import make_device, sensor_mount
 
 ROOT = Path(__file__).parents[2]
 BASE, TRACK = 0.446, 0.408  # [m] between axles, between wheels
@@ -34,7 +35,7 @@ def make_summit_world(tmp_path: Path, summit: RobotSpec, p3dx: RobotSpec) -> Mak
         )
         assert summit.model is not None
         assert p3dx.model is not None
-        mounts = [SensorMount(s.name, s.driver, s.arguments) for s in summit.sensors]
+        mounts = [sensor_mount(s.name, s.driver, s.arguments) for s in summit.sensors]
         robots = [RobotInstance("R3", summit.model, mounts), *([RobotInstance("R1", p3dx.model)] if other else [])]
         return compose_world(arena, robots, step=step)
 
@@ -42,7 +43,7 @@ def make_summit_world(tmp_path: Path, summit: RobotSpec, p3dx: RobotSpec) -> Mak
 
 
 def wheels_of(world: MujocoWorld, robot: RobotSpec, name: str = "R3") -> Actuator:
-    return make_actuator(world, name, "wheels", "velocity", robot.actuators[0].arguments)
+    return make_device(world, name, "wheels", "velocity", robot.actuators[0].arguments)
 
 
 def normal_forces(world: MujocoWorld, steps: int) -> np.ndarray:
@@ -118,7 +119,7 @@ def test_its_three_sensors_see_ahead_to_both_sides_and_nothing_of_itself(
     seen = {}
     for name, (x, y) in posts.items():
         world = make_summit_world(f'<geom type="cylinder" size="0.03 0.5" pos="{x} {y} 0.5"/>')
-        values = make_sensor(world, "R3", "ranges", spec.driver, spec.arguments).read().values
+        values = make_device(world, "R3", "ranges", spec.driver, spec.arguments).read().values
         seen[name] = [i for i, v in enumerate(values) if v < 1.0]
     assert seen == {"left": [0], "ahead": [1], "right": [2], "behind": [], "abeam": []}
 
@@ -129,7 +130,7 @@ def test_two_kinds_of_robots_share_a_world_and_see_and_touch_each_other(
     world = make_summit_world(other=True)
     world.place("R1", Pose2(1.2, 0.0, 3.14))
     spec = next(s for s in summit.sensors if s.driver == "range_cone")
-    ranges = make_sensor(world, "R3", "ranges", spec.driver, spec.arguments)
+    ranges = make_device(world, "R3", "ranges", spec.driver, spec.arguments)
     # The other one's nose is 0.183 m before its axle.
     assert ranges.read().values[1] == pytest.approx(1.2 - 0.183 - 0.338, abs=0.02)
     assert world.clearance("R3")[0] == pytest.approx(1.2 - 0.183 - 0.35, abs=0.01)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import SensorSpec
 from rocs_bt.declare import Open
-from rocs_bt.drivers import declared_parameters
+from rocs_bt.drivers.simulated import declared_keys
 from rocs_bt.event import Change, SensorFailed
 from rocs_bt.monitor import MotionMonitor, PoseMonitor
 from rocs_bt.monitor.jump import FACTOR, JumpDetector
@@ -106,6 +106,6 @@ def test_a_jump_of_the_height_is_invalid_in_a_continuous_frame(frame):
     ],
 )
 def test_the_driver_tells_the_frame(driver, parameters, frame):
-    declared = declared_parameters(driver, "sensor")
+    declared = declared_keys(driver, "sensor")
     given = Open(parameters) if declared is None else declared(**parameters)
     assert SensorSpec(name="position", driver=driver, monitor="pose", parameters=given).frame == frame

@@ -9,9 +9,10 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.mock import MockRobot, MockWorld, make_sensor
+from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import KnowledgeChanged, ListSink
 from rocs_bt.plan import xml_mission
+from tests.devices import make_device
 
 DRIVE = make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 GIVEN = {"capacity": 1000.0, "idle_power": 10.0, "motion_power": 20.0, "charge_power": 110.0, "charge": 0.5}
@@ -19,9 +20,9 @@ GIVEN = {"capacity": 1000.0, "idle_power": 10.0, "motion_power": 20.0, "charge_p
 
 def charges(motion, pose, seconds=2, **given):
     clock = SimulatedClock(0.5)
-    robot = MockRobot(MockWorld(clock, places={"charger": Pose2(1.0, 0.0)}), DRIVE, pose)
+    robot = FlatRobot(FlatWorld(clock, places={"charger": Pose2(1.0, 0.0)}), DRIVE, pose)
     robot.motion = motion
-    sensor = make_sensor(robot, "battery", "battery", {**GIVEN, **given})
+    sensor = make_device(robot.world, robot.name, "battery", "battery", {**GIVEN, **given})
     found = [sensor.read().values[0]]
     for _ in range(2 * seconds):
         clock.advance()

@@ -11,7 +11,8 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.devices import make_device
 
 ROBOTS = ["robotino", "rosbot_xl"]
 TWISTS = [
@@ -41,7 +42,7 @@ def make_world(tmp_path: Path) -> MakeWorld:
 
 def drive_for(world: MujocoWorld, spec: RobotSpec, twist: Twist2, seconds: float, name: str = "R") -> None:
     """Command the wheel speeds of a twist and let the world run."""
-    wheels = make_actuator(world, name, "wheels", "velocity", spec.actuators[0].arguments)
+    wheels = make_device(world, name, "wheels", "velocity", spec.actuators[0].arguments)
     wheels.command(spec.locomotion.command(twist).tolist())
     world.advance(round(seconds / 0.005))
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.devices import make_device
 
 CATALOG = Catalog()
 STEP = 0.005  # [s]
@@ -33,7 +34,7 @@ class Walker:
         self.world: MujocoWorld = compose_world(arena, [RobotInstance("R", spec.model)], step=STEP)
         self.locomotion = spec.locomotion
         gait = CATALOG.load_class(spec.file.parent / "gait.py", "Gait")
-        self.gait = make_actuator(self.world, "R", "gait", gait, {})
+        self.gait = make_device(self.world, "R", "gait", gait, {})
         self.world.attach(self.gait.before_step)  # type: ignore[attr-defined]  # as for an agent
         self.tilt = 0.0
 

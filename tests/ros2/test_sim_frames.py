@@ -1,7 +1,6 @@
 """What Nav2, slam_toolbox and robot_localization need of a simulated robot: its description, frames and covariances."""
 
 import math
-from dataclasses import replace
 from xml.etree import ElementTree as xml
 
 import mujoco
@@ -11,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.mujoco.lidar import Lidar
-from rocs_bt.drivers.mujoco.sensors import Gyro, Orientation, Position, RangeCone, WheelSpeed
+from rocs_bt.drivers.simulated import Gyro, Lidar, Orientation, Position, RangeCone, WheelSpeed
 from rocs_bt.interfaces.device import Reading
 from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
 from rocs_bt.ros2.messages.topics import RANGE, SCAN
@@ -92,11 +90,11 @@ def test_ranges_and_their_frames_are_those_of_the_sensors(driven):
             keys, span = {"type": SCAN, "rays": fan.rays}, fan.step * (fan.rays - 1)
             places = [(fan.x, fan.y, fan.yaw + 0.5 * span, 0.0)]
         else:
-            keys, span, topics = {"type": RANGE}, 0.0, [f"/range/{site}" for site in sensor.parameters.sites]
+            keys, span, topics = {"type": RANGE}, 0.0, [f"/range/{site}" for site in sensor.sites]
             places = [(beam.x, beam.y, beam.yaw, beam.elevation) for beam in sensor.beams()]
         messages = [driven.last(topic) for topic in topics]
         take = Ros2SensorParameters(topic="t", span=span, **keys).make_take(TYPES)
-        if not sensor.mount.noise:
+        if not sensor.noise:
             assert [value for m in messages for value in take(m)] == pytest.approx(list(sensor.read().values), abs=1e-6)
         for message, (x, y, yaw, up) in zip(messages, places, strict=True):
             place, turn, _ = frames.pose("base_link", message.header.frame_id)
@@ -105,9 +103,9 @@ def test_ranges_and_their_frames_are_those_of_the_sensors(driven):
             level = math.cos(up)
             assert ahead == pytest.approx([level * math.cos(yaw), level * math.sin(yaw), math.sin(up)], abs=1e-6)
             limits = ("range_min", "range_max") if isinstance(sensor, Lidar) else ("min_range", "max_range")
-            assert [getattr(message, name) for name in limits] == pytest.approx(sensor.parameters.range)
+            assert [getattr(message, name) for name in limits] == pytest.approx(sensor.range)
             if isinstance(sensor, RangeCone):
-                assert message.field_of_view == pytest.approx(2.0 * sensor.parameters.half_angle)
+                assert message.field_of_view == pytest.approx(2.0 * sensor.half_angle)
 
 
 def test_each_measured_value_has_a_variance_and_the_unmeasured_have_a_huge_one(driven):
@@ -120,7 +118,7 @@ def test_each_measured_value_has_a_variance_and_the_unmeasured_have_a_huge_one(d
     for gyro in of(Gyro):
         imu = stage.last("/imu")
         covariance = np.reshape(imu.angular_velocity_covariance, (3, 3))
-        noise = math.hypot(gyro.mount.noise, gyro.parameters.bias_noise)
+        noise = math.hypot(gyro.noise, gyro.bias_noise)
         assert np.diag(covariance) == pytest.approx([UNMEASURED, UNMEASURED, noise**2])
         assert imu.orientation_covariance[0] == imu.linear_acceleration_covariance[0] == -1.0
     if odometry := stage.wire.written.get("/odom"):
@@ -128,13 +126,13 @@ def test_each_measured_value_has_a_variance_and_the_unmeasured_have_a_huge_one(d
         for covariance in (pose, twist):
             assert np.allclose(covariance, covariance.T)
             assert np.linalg.eigvalsh(covariance)[0] > 0.0
-        ideal = [each.mount.noise for each in of((Position, Orientation))] == [0.0, 0.0]
+        ideal = [each.noise for each in of((Position, Orientation))] == [0.0, 0.0]
         measured = [ideal] * 2 + [True] * 2
         assert [pose[i, i] < UNMEASURED for i in (2, 3, 0, 5)] == measured
         assert [twist[i, i] < UNMEASURED for i in (2, 3, 0, 5)] == [ideal, False, True, True]
     if fixes := stage.wire.written.get("/pose"):
         (position,), (orientation,) = of(Position), of(Orientation)
-        noise = [position.mount.noise**2] * 3 + [UNMEASURED, UNMEASURED, orientation.mount.noise**2]
+        noise = [position.noise**2] * 3 + [UNMEASURED, UNMEASURED, orientation.noise**2]
         assert np.diag(np.reshape(fixes[-1].pose.covariance, (6, 6))) == pytest.approx(noise)
 
 
@@ -142,12 +140,12 @@ class Encoders(WheelSpeed):
     """Encoders of a robot that drives straight ahead at 0.5 m/s, with noise; one reading each 50 ms."""
 
     def __init__(self, real, noise, rng):
-        self.mount, self.parameters = replace(real.mount, noise=noise), real.parameters
-        self._rng, self._t = rng, 0.0
+        super().__init__(motors=real.motors, wheel_radius=real.wheel_radius, signs=real.signs)
+        self.noise, self._rng, self._t = noise, rng, 0.0
 
     def read(self):
         self._t += 0.05
-        return Reading(self._t, self._rng.normal(0.5, self.mount.noise, len(self.parameters.motors)).tolist())
+        return Reading(self._t, self._rng.normal(0.5, self.noise, len(self.motors)).tolist())
 
 
 def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):  # noqa: F811
@@ -155,7 +153,7 @@ def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):  # noq
     spec, sensors = stage.simulation.simulated.robots["R2"], stage.simulation.simulated.sensors["R2"]
     real, rng, ends = sensors["encoders"], np.random.default_rng(1), []
     for _ in range(200):
-        odometry = WheelOdometry(Encoders(real, 0.1, rng), spec.locomotion, real.parameters.motors, 0.1)
+        odometry = WheelOdometry(Encoders(real, 0.1, rng), spec.locomotion, real.motors, 0.1)
         for _ in range(20):
             motion = odometry()
         ends.append((motion.pose.x, motion.pose.y, motion.pose.yaw))

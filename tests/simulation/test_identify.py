@@ -289,14 +289,15 @@ from rocs_bt.drivers.mujoco import MujocoActuator
 
 
 class Hover(MujocoActuator):
-    def __init__(self, name, mount):
-        super().__init__(name, 4, mount)
-        self.controls = mount.world.controls(mount.robot, ["x", "y", "z", "turn"])
+    size = 4
+
+    def set_up(self):
+        self.controls = self.world.controls(self.robot, ["x", "y", "z", "turn"])
         self.coming = deque()
         self.target = self.speed = np.zeros(4)
 
     def command(self, values):
-        self.coming.append((self.mount.world.stamp + {DELAY}, np.array(values)))
+        self.coming.append((self.world.stamp + {DELAY}, np.array(values)))
 
     def neutral(self):
         self.command([0.0] * 4)
@@ -304,7 +305,7 @@ class Hover(MujocoActuator):
     def before_step(self, t):
         while self.coming and self.coming[0][0] <= t + 1e-6:
             self.target = self.coming.popleft()[1]
-        world, robot, braking = self.mount.world, self.mount.robot, np.array({list(BRAKING.values())})
+        world, robot, braking = self.world, self.robot, np.array({list(BRAKING.values())})
         wanted = (self.target - self.speed) / {LAG}
         slows = np.sign(self.speed) * wanted < 0.0
         self.speed = self.speed + np.where(slows, np.clip(wanted, -braking, braking), wanted) * world.step
@@ -376,9 +377,7 @@ def test_a_driver_that_takes_another_number_of_values_is_refused_at_the_axis(dro
     text, driver = drone.read_text("utf-8"), drone.with_name("hover.py")
     i, j, k = (text.index(f"[locomotion.{axis}]") for axis in ("vy", "vz", "wz"))
     drone.write_text((text[:i] + text[k:]).replace("flying", "twist"), "utf-8")
-    driver.write_text(
-        driver.read_text("utf-8").replace("super().__init__(name, 4, mount)", "super().__init__(name, 2, mount)")
-    )
+    driver.write_text(driver.read_text("utf-8").replace("size = 4", "size = 2"))
     assert not [fault for fault in check_content([drone]).faults if not fault.warning]
     wide = drone.parents[1] / "wide" / "robot.toml"
     wide.parent.mkdir()

@@ -37,14 +37,15 @@ MODEL = """<mujoco model="drone">
 
 DRIVER = """
 from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 
 
 class Thrust(MujocoActuator):
-    def __init__(self, name: str, mount: Mount) -> None:
-        super().__init__(name, 4, mount)
-        self.controls = mount.world.controls(mount.robot, ["fx", "fy", "fz", "tx", "ty", "tz"])
+    size = 4
+
+    def set_up(self):
+        self.controls = self.world.controls(self.robot, ["fx", "fy", "fz", "tx", "ty", "tz"])
         self.wanted, self.z = [0.0] * 4, 0.6
 
     def command(self, values):
@@ -54,11 +55,11 @@ class Thrust(MujocoActuator):
         self.wanted = [0.0] * 4
 
     def before_step(self, t):
-        world, robot = self.mount.world, self.mount.robot
+        world, robot = self.world, self.robot
         pose, twist, velocity = world.pose3(robot), world.twist(robot), world.data.qvel
         forward, left, up, turn = self.wanted
         self.z += up * world.step
-        force = 1.1 * 9.81 + 12.0 * (self.z - pose.z) - 6.0 * velocity[2] + self.mount.rng.normal(0.0, 0.05)
+        force = 1.1 * 9.81 + 12.0 * (self.z - pose.z) - 6.0 * velocity[2] + self.rng.normal(0.0, 0.05)
         torque = -0.5 * pose.roll - 0.1 * velocity[3], -0.5 * pose.pitch - 0.1 * velocity[4], 0.3 * (turn - twist.turn)
         values = [6.0 * (forward - twist.forward), 6.0 * (left - twist.left), force, *torque]
         FAULT
@@ -67,8 +68,8 @@ class Thrust(MujocoActuator):
 
 class Motion(MujocoSensor):
     def sample(self):
-        twist = self.mount.world.twist(self.mount.robot)
-        return [twist.forward, twist.turn, self.mount.world.position(self.mount.robot)[2]]
+        twist = self.world.twist(self.robot)
+        return [twist.forward, twist.turn, self.world.position(self.robot)[2]]
 
 
 class MotionMonitor(Monitor):

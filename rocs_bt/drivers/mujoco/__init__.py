@@ -1,40 +1,28 @@
-"""MuJoCo backend: the simulated world of an arena and robots, and the devices of the robots.
+"""MuJoCo: the simulated world of an arena and robots, a `Scene`, and base classes of users' devices in it.
 
 MuJoCo itself is imported only when a world is constructed.
 """
 
-from .actuators import ACTUATORS, MujocoActuator, Velocity, make_actuator
 from .body import Controls, Motors
 from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
-from .lidar import Rays
-from .mount import DriverWorld, Mount
+from .driver import DriverWorld, MujocoActuator, MujocoSensor
 from .nearness import Near
-from .odometer import Odometer
-from .sensor import MujocoSensor
-from .sensors import SENSORS, PoseSensor, make_sensor
+from .rays import Rays
 from .world import Contact, MujocoWorld
 
 __all__ = [
-    "ACTUATORS",
-    "SENSORS",
     "Contact",
     "Controls",
     "DriverWorld",
     "FreeObject",
     "Motors",
-    "Mount",
     "MujocoActuator",
     "MujocoSensor",
     "MujocoWorld",
     "Near",
-    "Odometer",
-    "PoseSensor",
     "Rays",
     "RobotInstance",
     "SensorMount",
-    "Velocity",
     "compile_model",
     "compose_world",
-    "make_actuator",
-    "make_sensor",
 ]

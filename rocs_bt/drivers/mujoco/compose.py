@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,9 @@ from ...base.clock import Clock, SimulatedClock
 from ...base.errors import Fault, InputError, UnknownName, located_at, unknown
 from ...base.files import is_file
 from ..body_variant import AS_MODELLED, BodyVariant
-from ..parameters import driver_class
+from ..simulated.device import SimulatedSensor
+from .elements import add_elements
 from .mjcf import examine_model
-from .sensor import MujocoSensor
-from .sensors import SENSORS
 from .terrain import GroundPiece, add_ground
 from .world import MujocoWorld
 
@@ -31,15 +30,13 @@ class SensorMount:
 
     Attributes:
         name: Name of the sensor in robot.toml.
-        driver: Name of the driver, or a user's class.
-        parameters: Parameters of the driver, SI units.
+        sensor: The sensor with its keys.
         file, line: Location of the sensor's table in robot.toml, for messages.
         running: Function that returns a context manager around code of a user's class, which converts its exceptions.
     """
 
     name: str
-    driver: str | type[MujocoSensor]
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    sensor: SimulatedSensor
     file: Path | None = None
     line: int = 0
     running: Callable[[], AbstractContextManager[None]] = nullcontext
@@ -146,7 +143,7 @@ def compile_model(
         _check_base(model, robot.model)
         for sensor in robot.sensors:
             with located_at(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
-                driver_class(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
+                add_elements(model, sensor.name, sensor.sensor)
         _vary(model, robot.variant)
         _take_options(spec, model)
         spec.option.jacobian = model.option.jacobian = jacobian

@@ -7,7 +7,7 @@ import math
 import threading
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,9 @@ import numpy.typing as npt
 from ...base.clock import Clock
 from ...base.errors import UnknownName, unknown
 from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
+from ..simulated.scene import Rays as Cast
 from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
+from .elements import z_axis
 from .nearness import Among, ClearanceQuery, Near
 from .sight import LineOfSight
 from .terrain import GroundHeight
@@ -264,6 +266,28 @@ class WorldState:
             UnknownName: The model has no such sensor.
         """
         return int(self.model.sensor_adr[self._id("sensor", robot, name)])
+
+    def beams(self, robot: str, sensor: str, sites: Sequence[str], angles: Sequence[tuple[float, float]]) -> Cast:
+        """Rays of a sensor with conical beams, for which its robot's model has rangefinders; see `Scene.beams`."""
+        names = [f"{sensor}/{site}/{ray}" for site in sites for ray in range(len(angles))]
+        addresses = np.array([self.sensor_address(robot, name) for name in names], dtype=np.intp)
+
+        def cast() -> npt.NDArray[np.float64]:
+            found = self.sensed(addresses).reshape(len(sites), -1)  # -1 where a ray hits nothing
+            return np.where(found < 0.0, math.inf, found)
+
+        return cast
+
+    def direction(self, robot: str, site: str, axis: Literal["x", "z"]) -> tuple[float, float, float, float]:
+        """x, y [m], yaw and elevation [rad] of an axis of a site, body frame."""
+        element = self.model.site(f"{robot}/{site}")
+        x, y, _ = element.pos.tolist()
+        if axis == "z":
+            dx, dy, dz = z_axis(element.quat)
+        else:
+            w, i, j, k = element.quat.tolist()
+            dx, dy, dz = 1.0 - 2.0 * (j * j + k * k), 2.0 * (w * k + i * j), 2.0 * (i * k - w * j)
+        return x, y, math.atan2(dy, dx), math.atan2(dz, math.hypot(dx, dy))
 
     def bounds(self) -> tuple[float, float, float, float]:
         """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for an infinite floor."""

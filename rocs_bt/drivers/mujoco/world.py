@@ -15,6 +15,7 @@ from ...base.geometry import Pose2
 from ...interfaces.safety import SafetyGate
 from .body import Controls, FreeBody, Motors, RobotBody
 from .ground import carrying_geoms
+from .rays import Scan
 from .state import WorldState
 from .touch import Contact, ContactDetector
 
@@ -186,6 +187,10 @@ class MujocoWorld(WorldState):
         if late:
             self._late.append(motors)
         return motors
+
+    def scan(self, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float) -> Scan:
+        """Rays of a laser scanner; see `Scene.scan`."""
+        return Scan(self, robot, site, bearings, reach, sweep)
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
         """Command the speeds of motors [rad/s], which are approached after the delay, at the maximum rate of change."""

@@ -10,7 +10,7 @@ from typing import Any
 from ... import event as ev
 from ...base.geometry import Pose3
 from ...catalog import RobotSpec, SensorSpec
-from ...drivers import LidarParameters, RangeConeParameters
+from ...drivers.simulated import Lidar, RangeCone
 from ...record import BodyInfo
 from ..devices.parameters import Ros2SensorParameters
 from ..messages.names import BASE, MAP
@@ -152,7 +152,7 @@ class SensorTopics:
                 self._add(sensor, topic, given.type, part, *ends)
         elif fan := body.fans.get(sensor):
             first, limits = -fan.step * (fan.rays - 1) / 2.0, self._limits(spec, fan.reach)
-            sweep = spec.parameters.sweep if spec and isinstance(spec.parameters, LidarParameters) else 0.0
+            sweep = spec.parameters.sweep if spec and isinstance(spec.parameters, Lidar) else 0.0
             times = (1.0 / (spec.rate or math.inf) if spec else 0.0, sweep)
             channel = Channel(names.frame(sensor), first=first, step=fan.step, limits=limits, times=times)
             topic = "scan" if len(body.fans) == 1 else f"scan/{sensor}"
@@ -200,12 +200,12 @@ class SensorTopics:
     def _limits(self, spec: SensorSpec | None, reach: float) -> tuple[float, float]:
         """Minimum and maximum range of a sensor [m]."""
         given = spec.parameters if spec else None
-        return (given.range[0] if isinstance(given, (LidarParameters, RangeConeParameters)) else 0.0), reach
+        return (given.range[0] if isinstance(given, (Lidar, RangeCone)) else 0.0), reach
 
     def _beam_names(self, sensor: str) -> Sequence[str]:
         """Names of the beams of a sensor: its sites if known."""
         count, spec = len(self._body.beams[sensor]), self._sensors.get(sensor)
-        sites = spec.parameters.sites if spec and isinstance(spec.parameters, RangeConeParameters) else ()
+        sites = spec.parameters.sites if spec and isinstance(spec.parameters, RangeCone) else ()
         return sites if len(sites) == count else [f"{sensor}{i}" for i in range(count)]
 
 

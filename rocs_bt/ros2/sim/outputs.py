@@ -14,10 +14,18 @@ from ...agent import RobotDevices
 from ...base.clock import Rate
 from ...base.geometry import Pose3
 from ...control.locomotion import Locomotion
-from ...drivers import VelocityParameters
-from ...drivers.mujoco import DriverWorld
-from ...drivers.mujoco.lidar import Lidar
-from ...drivers.mujoco.sensors import Gyro, MailboxSensor, Orientation, Position, RangeCone, WheelSpeed, WheelTravel
+from ...drivers.simulated import (
+    Gyro,
+    Lidar,
+    MailboxSensor,
+    Orientation,
+    Position,
+    RangeCone,
+    Scene,
+    Velocity,
+    WheelSpeed,
+    WheelTravel,
+)
 from ...interfaces.device import Sensor
 from ...simulation.robot_links import RobotLinks
 from ..messages import fields as messages
@@ -78,7 +86,7 @@ def _output(
 
 def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Scan of a lidar."""
-    frame, given = names.frame(sensor.name), sensor.parameters
+    frame, given = names.frame(sensor.name), sensor
     link, pose = links.site(given.site)
     names.fix(names.frame(link), frame, pose)
     first, step, times = -0.5 * given.span, given.span / (given.rays - 1), (rate.period, given.sweep)
@@ -88,36 +96,34 @@ def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: 
 
 def _ranges(sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Ranges of sensors with conical beams, one topic for each beam."""
-    given, beams = sensor.parameters, {}
-    for site in given.sites:
+    beams = {}
+    for site in sensor.sites:
         link, pose = links.site(site)
         names.fix(names.frame(link), names.frame(site), _beam(pose))
-        beams[f"range/{site}"] = Channel(names.frame(site), opening=2.0 * given.half_angle, limits=given.range)
+        beams[f"range/{site}"] = Channel(names.frame(site), opening=2.0 * sensor.half_angle, limits=sensor.range)
     return _output(sensor, rate, names, RANGE, beams, lambda values: [{"range": [value]} for value in values])
 
 
 def _imu(sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Turn rate of a gyro."""
     frame = names.frame(sensor.name)
-    variance = max(sensor.mount.noise**2 + sensor.parameters.bias_noise**2, EXACT)
+    variance = max(sensor.noise**2 + sensor.bias_noise**2, EXACT)
     covariance = messages.diagonal([UNMEASURED, UNMEASURED, variance])
     names.fix(names.frame(BASE), frame, Pose3(0.0, 0.0, 0.0))
     channel = Channel(frame, covariances={"angular_velocity": covariance})
     return _output(sensor, rate, names, IMU, {topic: channel}, lambda values: [{"turn_rate": values}])
 
 
-def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> Output:
+def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Angles and speeds of the motors that encoders measure."""
-    world = sensor.mount.world
-    named = (str(world.model.joint(int(world.model.dof_jntid[dof])).name) for dof in sensor.motors.joints)
-    joints = [joint.removeprefix(f"{names.robot}/") for joint in named]
+    world, joints = sensor.world, links.joints(sensor.handle)
 
     def values(values: Sequence[float]) -> Iterator[Values]:
-        measured = [v / f for v, f in zip(values, sensor.parameters.factors, strict=True)]
+        measured = [v / f for v, f in zip(values, sensor.factors, strict=True)]
         if isinstance(sensor, WheelTravel):
-            yield {"position": measured, "velocity": world.motor_speeds(sensor.motors)}
+            yield {"position": measured, "velocity": world.motor_speeds(sensor.handle)}
         else:
-            yield {"position": world.motor_angles(sensor.motors), "velocity": measured}
+            yield {"position": world.motor_angles(sensor.handle), "velocity": measured}
 
     return _output(sensor, rate, names, JOINTS, {"joint_states": Channel(names=joints)}, values, qos=STATE)
 
@@ -151,7 +157,7 @@ def _joined(links: RobotLinks, tf: TfPublishers, rate: Rate, names: RobotPublish
 
 def _pose_fix(position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> Output:
     """Noisy measurements of the pose in the map."""
-    place, heading = (max(each.mount.noise**2, EXACT) for each in (position, orientation))
+    place, heading = (max(each.noise**2, EXACT) for each in (position, orientation))
     covariance = messages.diagonal([place, place, place, UNMEASURED, UNMEASURED, heading])
 
     def values(place: Sequence[float]) -> Iterator[Values]:
@@ -188,22 +194,22 @@ def _pose_outputs(
     if position and orientation:
         rate = rates[position[0].name]
         if position[0].exact and orientation[0].exact:
-            world = position[0].mount.world
+            world = position[0].world
             if names.options.map_to_odom:
                 names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
             yield _odometry(partial(_truth, world, names.robot), rate, names, links.height)
         else:
             yield _pose_fix(position[0], orientation[0], rate, names)
     given = devices.robot.mover.parameters
-    motors = given.motors if isinstance(given, VelocityParameters) else ()
+    motors = given.motors if isinstance(given, Velocity) else ()
     for sensor in _encoders(devices):
-        if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
+        if world is None and locomotion.wheeled and {*motors} == {*sensor.motors}:
             odometry = WheelOdometry(sensor, locomotion, motors, links.height)
             yield _odometry(odometry, rates[sensor.name], names, links.height)
             break
 
 
-def _truth(world: DriverWorld, robot: str) -> Motion:
+def _truth(world: Scene, robot: str) -> Motion:
     return Motion(world.stamp, world.pose3(robot), world.twist3(robot), _TRUE_POSE, _TRUE_TWIST)
 
 
@@ -211,9 +217,9 @@ def _sensor_outputs(devices: RobotDevices, names: RobotPublishers, links: RobotL
     """Outputs of all sensors except position and orientation; the only one of its kind has a standard topic."""
     covered: set[str] = set()  # motors with joint states
     for encoders in _encoders(devices):
-        if covered.isdisjoint(encoders.parameters.motors):
-            covered.update(encoders.parameters.motors)
-            yield _joints(encoders, devices.sensor_rates[encoders.name], names)
+        if covered.isdisjoint(encoders.motors):
+            covered.update(encoders.motors)
+            yield _joints(encoders, devices.sensor_rates[encoders.name], names, links)
     standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _scan), (Gyro, "imu", _imu))
     others = (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)
     for sensor in devices.sensors.values():

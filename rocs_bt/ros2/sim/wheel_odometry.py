@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...base.geometry import Pose2, Pose3, Twist3, along_arc
 from ...control.locomotion import Locomotion
-from ...drivers.mujoco.sensors import WheelSpeed, WheelTravel
+from ...drivers.simulated import WheelSpeed, WheelTravel
 from ..messages.fields import UNMEASURED
 
 EXACT = 1e-6
@@ -55,7 +55,7 @@ class WheelOdometry:
     ) -> None:
         self._sensor = sensor
         self._locomotion = locomotion
-        self._order = [sensor.parameters.motors.index(motor) for motor in motors]
+        self._order = [sensor.motors.index(motor) for motor in motors]
         self._height = height
         self._pose = Pose2(0.0, 0.0)
         self._stamp = math.nan
@@ -85,10 +85,10 @@ class WheelOdometry:
 
     def _variances(self, passed: float) -> npt.NDArray[np.float64]:
         """Variances of the wheels' speeds [m2/s2], shape (n,), after a time [s]."""
-        noise, given = self._sensor.mount.noise, self._sensor.parameters
+        noise, factors = self._sensor.noise, self._sensor.factors
         if not isinstance(self._sensor, WheelTravel):
             return np.full(len(self._order), noise**2)
-        counts = np.array([given.factors[i] for i in self._order]) * math.tau / self._sensor.parameters.counts  # [m]
+        counts = np.array([factors[i] for i in self._order]) * math.tau / self._sensor.counts  # [m]
         both = 2.0 * (noise**2 + counts**2 / 12.0)  # of a difference of two readings, each rounded to counts
         return both / passed**2 if passed > 0.0 else np.zeros(len(self._order))
 

@@ -2,17 +2,21 @@
 
 from rocs_bt import Analyze, Monitor, Signal
 from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
-from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.drivers.mujoco import MujocoSensor
 
 
 class Thermometer(MujocoSensor):
     """Constant warmth."""
 
-    def __init__(self, name: str, mount: Mount, *, reach: PositiveMetres, steps: int = 2, at: list[Metres] = ()):
-        super().__init__(name, mount)
+    reach: PositiveMetres
+    steps: int = 2
+    at: tuple[Metres, ...] = ()
+
+    def set_up(self):
+        self.warmth = 0.5
 
     def sample(self):
-        return [0.5]
+        return [self.warmth]
 
 
 class Warmth(Monitor):

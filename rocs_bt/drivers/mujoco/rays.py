@@ -1,9 +1,9 @@
-"""Laser scanner in MuJoCo, which casts all rays of a scan in one call and is fast even with many geoms."""
+"""Ray casting in MuJoCo, which casts all rays of a scan in one call and is fast even with many geoms."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,79 +11,38 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.errors import InputError, unknown
-from ...declare import checked
-from ...interfaces.device import Reading
-from ...record.header import Fan
-from ..parameters import LidarParameters
-from .mount import Mount
-from .sensor import MujocoSensor
+from .driver import DriverWorld
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+
+TILE = 1.75
+"""Side length of a tile of the floor [m]; see `Rays`."""
+
+MANY = 64
+"""Minimum number of geoms of a world for which ray casting with tiles is faster."""
 
 
-class Lidar(MujocoSensor):
-    """Laser scanner: ranges [m] along rays from one site, from right to left, all at the same time or in a sweep.
+class Scan:
+    """Rays of a laser scanner from one site, cast at the same time or in a sweep; arguments as of `Scene.scan`.
 
-    The rays lie in the x-y plane of the site, so they pitch with the robot. They ignore the body that carries the
-    scanner, and echoes of other parts of the robot are removed.
+    They ignore the body that carries the scanner, and echoes of other parts of the robot are removed.
     """
 
-    declares = LidarParameters
-
-    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        super().__init__(name, mount)
-        self.parameters = _read(parameters, name)
-        model = mount.world.model
-        self._site = model.site(f"{mount.robot}/{self.parameters.site}").id
-        bearings = np.array(self.parameters.bearings)
-        self._rays = np.stack([np.cos(bearings), np.sin(bearings), np.zeros_like(bearings)], axis=1)
+    def __init__(
+        self, world: DriverWorld, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float
+    ) -> None:
+        model = world.model
+        self._world, self._reach, self._sweep = world, reach, sweep
+        self._site = model.site(f"{robot}/{site}").id
+        angles = np.array(bearings)
+        self._rays = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
         self._cast = Rays(model, int(model.site_bodyid[self._site]))
-        self._taken: tuple[float, Reading] | None = None
-        self._faults_rng = mount.faults_rng()
-        self._started = mount.world.stamp
-        mount.world.remember(self.parameters.sweep)
+        world.remember(sweep)
 
-    @classmethod
-    def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        wanted = _read(parameters, name, among="declares" not in vars(cls)).site
-        known = [site.name for site in model.sites if site.name and "/" not in site.name]
-        if wanted not in known:
-            raise InputError(unknown(f"site for sensor '{name}'", wanted, known, "The model"))
-
-    def sample(self) -> list[float]:
-        distances: list[float] = self._scan().tolist()
-        return distances
-
-    def read(self) -> Reading:
-        world = self.mount.world
-        with world.lock:
-            if self._taken is None or self._taken[0] != world.stamp:  # a repeated reading at the same time is equal
-                self._taken = world.stamp, super().read()
-            return self._taken[1]
-
-    def measure(self) -> Reading:
-        given, ranges = self.parameters, self._scan()
-        if self.mount.noise > 0.0:
-            ranges = ranges + self.mount.rng.normal(0.0, self.mount.noise, len(ranges))
-        np.maximum(ranges, given.range[0], out=ranges)
-        ranges[ranges > given.range[1]] = math.inf
-        if given.missing_echo:
-            ranges[self._faults_rng.random(len(ranges)) < given.missing_echo] = math.inf
-        return Reading(max(self.mount.world.stamp - given.sweep, self._started), ranges.tolist())
-
-    def fan(self) -> Fan:
-        """Origin and directions of the rays, body frame, for displays."""
-        element = self.mount.world.model.site(self._site)
-        (x, y, _), (w, i, j, k) = element.pos.tolist(), element.quat.tolist()
-        yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
-        first, second = self.parameters.bearings[:2]
-        count, reach = self.parameters.rays, self.parameters.range[1]
-        return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=count, reach=reach)
-
-    def _scan(self) -> Array:
+    def __call__(self) -> Array:
         """Distances along the rays [m], +inf without a hit, shape (rays,): in the present state, or during a sweep."""
-        world, sweep = self.mount.world, self.parameters.sweep
+        world, sweep = self._world, self._sweep
         if not sweep:
             world.update_poses()
             return self._look(world.data, self._rays)
@@ -95,24 +54,9 @@ class Lidar(MujocoSensor):
     def _look(self, data: Any, rays: Array) -> Array:
         """Distances along some rays, sensor frame, in one state with updated poses."""
         directions = rays @ data.site_xmat[self._site].reshape(3, 3).T
-        # The cutoff is above the maximum range, so that it does not affect readings near this range.
-        cutoff = self.parameters.range[1] + 1.0
-        distances = self._cast.distances(data, data.site_xpos[self._site], directions, cutoff)
+        distances = self._cast.distances(data, data.site_xpos[self._site], directions, self._reach)
         found: Array = np.where(distances < 0.0, math.inf, distances)
         return found
-
-
-def _read(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> LidarParameters:
-    return checked(LidarParameters, parameters, f"lidar '{name}'", among=among)
-
-
-Indices = npt.NDArray[np.intp]
-
-TILE = 1.75
-"""Side length of a tile of the floor [m]; see `Rays`."""
-
-MANY = 64
-"""Minimum number of geoms of a world for which ray casting with tiles is faster."""
 
 
 class Rays:

@@ -1,21 +1,21 @@
-"""Mount of a device in MuJoCo: its robot and noise, and the interface of the world for drivers."""
+"""Base classes of users' drivers in MuJoCo, and the interface of the world for them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ...base.geometry import Pose2, Pose3, Twist2, Twist3
-from .body import Controls, Motors
+from ...base.geometry import Pose2, Twist2
+from ..simulated.device import Bound, SimulatedActuator, SimulatedSensor
+from ..simulated.scene import Scene
+from .body import Controls
 
 
-class DriverWorld(Protocol):
-    """Interface of the simulated world for drivers, available as `mount.world`.
+class DriverWorld(Scene, Protocol):
+    """Interface of the simulated world for drivers, available as `world`.
 
     Poses and twists are ground truth, without noise. Robots have the names of the scenario. In the compiled model, the
     elements of a robot have its name as a prefix, such as `R2/base`. All values are those of the present state, which
@@ -36,48 +36,12 @@ class DriverWorld(Protocol):
         ...
 
     @property
-    def lock(self) -> AbstractContextManager[Any]:
-        """Lock of the state, which each physics step holds; `MujocoSensor.read` holds it around `sample`."""
-        ...
-
-    @property
-    def stamp(self) -> float:
-        """Time of the present state [s]."""
-        ...
-
-    @property
     def step(self) -> float:
         """Physics step [s]."""
         ...
 
-    @property
-    def robots(self) -> Collection[str]:
-        """Names of all robots in the world."""
-        ...
-
-    @property
-    def places(self) -> Mapping[str, Pose2]:
-        """Positions of the scenario's places by name, world frame."""
-        ...
-
-    def pose(self, robot: str) -> Pose2:
-        """Pose of a robot's base, world frame."""
-        ...
-
-    def pose3(self, robot: str) -> Pose3:
-        """Pose of a robot's base in space, world frame."""
-        ...
-
-    def position(self, robot: str) -> list[float]:
-        """x, y, z of the origin of a robot's base [m], world frame."""
-        ...
-
     def twist(self, robot: str) -> Twist2:
         """Velocity of a robot's base, body frame."""
-        ...
-
-    def twist3(self, robot: str) -> Twist3:
-        """Velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
         ...
 
     def object_pose(self, name: str) -> Pose2:
@@ -101,10 +65,6 @@ class DriverWorld(Protocol):
 
     def room(self, x: float, y: float, z: float = ...) -> float:
         """Distance from a point (x, y, z), world frame [m], to the nearest static obstacle, without the floor [m]."""
-        ...
-
-    def sees(self, robot: str, other: str, height: float) -> bool:
-        """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
         ...
 
     def bounds(self) -> tuple[float, float, float, float]:
@@ -136,43 +96,6 @@ class DriverWorld(Protocol):
 
     def remember(self, duration: float) -> None:
         """Keep the positions of all bodies for a time [s], for `past`; the longest of all calls counts."""
-        ...
-
-    def motors(
-        self,
-        robot: str,
-        names: Sequence[str],
-        max_change: float = ...,
-        delay: float = ...,
-        radius: float = ...,
-        slip: Sequence[float] = ...,
-    ) -> Motors:
-        """Get a handle of velocity motors of a robot's model. An actuator calls this once, in its constructor.
-
-        Args:
-            robot: Name of the robot.
-            names: Names of the motors in the robot's model, without the robot's prefix.
-            max_change: Maximum rate of change of a motor's speed [rad/s2].
-            delay: Delay of each command [s], a whole number of physics steps.
-            radius: Radius of the wheels [m]: a robot with turning wheels drives into what it touches.
-            slip: Share of the travel that each wheel loses, or one share for all; none by default.
-
-        Raises:
-            UnknownName: The robot's model has no such actuator.
-            InputError: The delay is not a whole number of physics steps.
-        """
-        ...
-
-    def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Command the speeds of motors [rad/s], in the order of the motors."""
-        ...
-
-    def motor_speeds(self, motors: Motors) -> list[float]:
-        """True speeds of motors [rad/s]."""
-        ...
-
-    def motor_angles(self, motors: Motors) -> list[float]:
-        """True angles of motors since the start [rad]."""
         ...
 
     def controls(self, robot: str, names: Sequence[str]) -> Controls:
@@ -208,26 +131,21 @@ class DriverWorld(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Mount:
-    """Mount of a device: its world, its robot and its noise.
+class _InMujoco(Bound):
+    world: DriverWorld = cast("DriverWorld", None)
 
-    Attributes:
-        world: World of the robot.
-        robot: Name of the robot, which is the prefix of its elements in the model.
-        noise: Standard deviation of each value, SI units.
-        rng: Random generator of the device.
-        latency: Time until a reading of the device can be read [s].
-        drop_out: Probability that a reading of the device is lost.
-    """
 
-    world: DriverWorld
-    robot: str
-    noise: float = 0.0
-    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
-    latency: float = 0.0
-    drop_out: float = 0.0
+class MujocoSensor(_InMujoco, SimulatedSensor):
+    """Base class of users' sensors in MuJoCo, which implement `sample`. Their fields are the keys in robot.toml."""
 
-    def faults_rng(self) -> np.random.Generator:
-        """New generator for faults of the device, independent of `rng`, so that its noise is equal with and without."""
-        return self.rng.spawn(1)[0]
+    def prepare(self, model: Any, name: str) -> None:
+        """Add the elements that the sensor needs to the robot's MjSpec before compilation; none by default.
+
+        Args:
+            model: `MjSpec` of the robot, in which names have no prefix yet.
+            name: Name of the sensor in robot.toml.
+        """
+
+
+class MujocoActuator(_InMujoco, SimulatedActuator):
+    """Base class of users' actuators in MuJoCo, which implement `command` and `neutral`, and may have an inner loop."""
