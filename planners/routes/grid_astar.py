@@ -22,7 +22,7 @@ from rocs_bt import Pose2
 from rocs_bt.base.geometry import wrap_angle
 from rocs_bt.control.elastic_band import STEP, DistanceField, headings, relaxed
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.grid_graph import grid_graph
+from rocs_bt.control.way_field import grid_graph
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point
 

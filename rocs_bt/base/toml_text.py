@@ -83,14 +83,28 @@ def _copied(value: Any) -> Any:
     return [_copied(each) for each in value] if isinstance(value, list) else value
 
 
-def as_toml(document: Mapping[str, Any]) -> str:
-    """Write a document as TOML text: first the keys of the root, then lists of tables as `[[name]]`, without None."""
-    tables = {name: value for name, value in document.items() if _are_tables(value)}
-    lines = _assignments({name: value for name, value in document.items() if name not in tables})
-    for name, each in tables.items():
+def as_toml(document: Mapping[str, Any], levels: int = 0) -> str:
+    """Write a document as TOML text: first the keys of the root, then lists of tables as `[[name]]`, without None.
+
+    Args:
+        document: Data of the document.
+        levels: Number of levels of tables that are written as `[name]`; deeper ones are written in a line.
+    """
+    arrays = {name: value for name, value in document.items() if _are_tables(value)}
+    lines = [*_sections({name: value for name, value in document.items() if name not in arrays}, "", levels)]
+    for name, each in arrays.items():
         for table in each:
             lines += ["", f"[[{_as_key(name)}]]", *_assignments(table)]
     return "\n".join([*lines, ""])
+
+
+def _sections(table: Mapping[str, Any], path: str, levels: int) -> Iterator[str]:
+    inner = {name: value for name, value in table.items() if levels and isinstance(value, Mapping)}
+    own = _assignments({name: value for name, value in table.items() if name not in inner})
+    yield from ["", f"[{path}]"] if path and (own or not inner) else []
+    yield from own
+    for name, value in inner.items():
+        yield from _sections(value, f"{path}.{_as_key(name)}" if path else _as_key(name), levels - 1)
 
 
 def as_data(value: Any) -> Any:

@@ -113,6 +113,16 @@ def unit_names() -> tuple[str, ...]:
     return tuple(_UNITS)
 
 
+@lru_cache(maxsize=32)
+def units_of(dimension: Dimension) -> tuple[str, ...]:
+    """Names of the units of a dimension; without a single one, quotients such as `m/s2`."""
+    if single := [name for name, (_, of) in _UNITS.items() if of == dimension]:
+        return tuple(single)
+    over = [(over, under, p) for over in _UNITS for under in _UNITS for p in (1, 2) if under not in ("1", "%")]
+    found = [(a, b, p) for a, b, p in over if _UNITS[a][1] / _UNITS[b][1] ** p == dimension]
+    return tuple(f"{a}/{b}{'' if p == 1 else p}" for a, b, p in found)
+
+
 @lru_cache(maxsize=256)  # a scan's signal names its unit once for each beam
 def parse_unit(text: str) -> Quantity:
     """Parse a unit such as `m/s2`, `deg`, `1`; returns one unit as a quantity: its factor to SI, and its dimension.

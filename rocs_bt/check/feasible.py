@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..agent import Agent
 from ..base.errors import Fault
@@ -13,6 +14,8 @@ from ..base.geometry import Pose2
 from ..base.units import TIME
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..declare import place_of, replaced
+from ..drivers.mujoco import MujocoWorld, compose_world
+from ..drivers.mujoco.body import FLOOR, geom_labels
 from ..event import NullSink
 from ..expression import Node, evaluate
 from ..expression.node import TEMPORAL_OPS
@@ -22,8 +25,10 @@ from ..reactive.rule_model import describe, stateless_rule
 from ..running import Run
 from ..running.simulated_stage import simulated_agents
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
+from ..simulation.identified_file import identified_path
+from ..simulation.identify import WORLD
 from ..simulation.scripted_objects import FREE
-from .floor import floor_faults
+from .identified import TOLERANCE
 from .robot import trial_faults
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
@@ -180,3 +185,43 @@ def _firing(agent: Agent, pose: Pose2, goal: Pose2) -> str:
 def _momentary(rule: Rule, unknown: int) -> Node:
     """Guard of a rule with reads of the index `unknown` instead of operators on earlier snapshots."""
     return stateless_rule(rule, {node: unknown for node in rule.when.node.walk() if node.op in TEMPORAL_OPS}).when.node
+
+
+_SETTLED = 40  # [physics steps] until a robot that was placed rests on the floor
+
+
+def floor_faults(scenario: ScenarioSpec, agent: AgentSpec, world: MujocoWorld, catalog: Catalog) -> Iterator[Fault]:
+    """Warn of a floor on which an agent's robot has another friction than where its motion was measured.
+
+    The robot is placed at its start, and settles on the floor.
+    """
+    robot = catalog.robot_of(agent)
+    if identified_path(robot) is None or robot.locomotion.kind == "flying":
+        return
+    world.place(agent.name, agent.pose)
+    world.advance(_SETTLED)
+    model, labels = world.model, geom_labels(world.model, world.robots)
+    for contact in world.data.contact:
+        own = contact.geom1 if labels[contact.geom1] == agent.name else contact.geom2
+        if {labels[contact.geom1], labels[contact.geom2]} != {FLOOR, agent.name} or contact.dim == 1:
+            continue
+        found, measured = float(contact.friction[0]), _measured_friction(model, own, catalog)
+        if abs(found - measured) > TOLERANCE * measured:
+            message = (
+                f"'{robot.name}' is not identified on this floor: its friction is {found:.3g}, not {measured:.3g} as "
+                "where the motion was measured. It may stop late and cut corners."
+            )
+            hint = (
+                f"Give the floor of '{scenario.world}' the friction of that of '{WORLD}', or identify the robot on it."
+            )
+            yield Fault(message, scenario.file, place_of(agent).line, hint=hint, warning=True)
+            return
+
+
+def _measured_friction(model: Any, geom: int, catalog: Catalog) -> float:
+    """Sliding friction of a robot's geom on the floor of the world in which robots are identified."""
+    plane = compose_world(catalog.find("world", WORLD).path, [], within=catalog.roots).model
+    floor = geom_labels(plane, {}).index(FLOOR)
+    sides = [(int(m.geom_priority[g]), float(m.geom_friction[g][0])) for m, g in ((model, geom), (plane, floor))]
+    first = max(priority for priority, _ in sides)
+    return max(friction for priority, friction in sides if priority == first)

@@ -9,18 +9,20 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from ..base.errors import Fault, InputError
 from ..base.files import check_writable, write_whole
 from ..base.registered import load
+from ..base.units import Bounds, Count
 from ..base.words import counted
 from ..catalog import Catalog
-from .compare_cold import cold_options, cold_plan, print_cold
+from ..declare import Option
+from .compare_cold import cold_plan, print_cold
 from .content import json_option, no_code_option
-from .episodes import jobs_option, store_option, wall_limit_option
+from .options import EpisodeOptions, declared_options
 from .progress import Progress
 from .terminal import echo, show_table, show_warnings
 
@@ -37,75 +39,57 @@ _ERRORS = 3  # maximum number of printed errors
 _WIDE = 1000  # characters, wider than any table
 
 
+class CompareOptions(EpisodeOptions):
+    """Options of the command."""
+
+    robots: Annotated[tuple[str, ...], Option("Play with this robot instead; may be repeated.", ("--robot",))] = ()
+    families: Annotated[tuple[str, ...], Option("Use scenes of this family; may be repeated.", ("--family",))] = ()
+    count: Annotated[int, Bounds(1), Option("Number of scenes of each family.", ("--scenes",))] = 20
+    first: Annotated[Count, Option("Index of the first scene.", ("--from",))] = 0
+    given: Annotated[
+        tuple[str, ...], Option("A parameter of the families, with its unit.", ("--set",), "NAME=VALUE")
+    ] = ()
+    scenario: Annotated[
+        tuple[str, ...], Option("A scenario, or a scene such as barn_like-17; may be repeated.", ("--scenario",))
+    ] = ()
+    agent: Annotated[
+        str, Option("Agent that the planner controls in such a scenario; by default the first.", ("--agent",))
+    ] = ""
+    seeds: Annotated[int, Bounds(1), Option("Seeds of each scene: 1, 2, ...", ("--seeds",))] = 3
+    metrics: Annotated[
+        tuple[str, ...], Option("Judge by this metric; by default success, collision and time.", ("--metric",))
+    ] = ()
+    early: Annotated[
+        bool,
+        Option("Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).", ("--stop-early",)),
+    ] = False
+    cold: Annotated[bool, Option("Also play with each perturbation of the robot, and print the loss.", ("--cold",))] = (
+        False
+    )
+    perturb: Annotated[
+        tuple[str, ...],
+        Option("As --cold, but with this perturbation; may be repeated.", ("--perturb",), "NAME[=STRENGTH]"),
+    ] = ()
+    outward: Annotated[bool, Option("Make each perturbation stronger until the planner breaks.", ("--outward",))] = (
+        False
+    )
+    cluster: Annotated[
+        str | None, Option("Play on the Dask cluster with this scheduler.", ("--cluster",), "ADDRESS")
+    ] = None
+    retry_errors: Annotated[
+        bool, Option("Play episodes again that ended in an error or at the limit.", ("--retry-errors",))
+    ] = False
+    report: Annotated[Path | None, Option("Write a report as one HTML page.", ("--report",))] = None
+    markdown: Annotated[Path | None, Option("Write the tables of the report in Markdown.", ("--markdown",))] = None
+    export: Annotated[Path | None, Option("Write the episodes as JSON lines.", ("--export",))] = None
+
+
 @click.command()
 @click.argument("planners", nargs=-1)
-@click.option("--robot", "robots", multiple=True, help="Play with this robot instead; may be repeated.")
-@click.option("--family", "families", multiple=True, help="Use scenes of this family; may be repeated.")
-@click.option(
-    "--scenes",
-    "count",
-    type=click.IntRange(min=1),
-    default=20,
-    show_default=True,
-    help="Number of scenes of each family.",
-)
-@click.option(
-    "--from", "first", type=click.IntRange(min=0), default=0, show_default=True, help="Index of the first scene."
-)
-@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="A parameter of the families, with its unit.")
-@click.option("--scenario", multiple=True, help="A scenario, or a scene such as barn_like-17; may be repeated.")
-@click.option("--agent", default="", help="Agent that the planner controls in such a scenario; by default the first.")
-@click.option(
-    "--seeds", type=click.IntRange(min=1), default=3, show_default=True, help="Seeds of each scene: 1, 2, ..."
-)
-@click.option(
-    "--metric", "metrics", multiple=True, help="Judge by this metric; by default success, collision and time."
-)
-@click.option(
-    "--stop-early",
-    "early",
-    is_flag=True,
-    help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).",
-)
-@cold_options
-@store_option
-@jobs_option
-@click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
-@wall_limit_option
-@click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error or at the limit.")
-@click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write a report as one HTML page.")
-@click.option(
-    "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables of the report in Markdown."
-)
-@click.option("--export", type=click.Path(path_type=Path, dir_okay=False), help="Write the episodes as JSON lines.")
+@declared_options(CompareOptions)
 @json_option("Print results and verdicts as JSON; equal content gives equal bytes.")
 @no_code_option
-def command(
-    planners: Sequence[str],
-    robots: Sequence[str],
-    families: Sequence[str],
-    count: int,
-    first: int,
-    given: Sequence[str],
-    scenario: Sequence[str],
-    agent: str,
-    seeds: int,
-    metrics: Sequence[str],
-    early: bool,
-    cold: bool,
-    perturb: Sequence[str],
-    outward: bool,
-    store: Path,
-    jobs: int | None,
-    cluster: str | None,
-    wall_limit: float,
-    retry_errors: bool,
-    report: Path | None,
-    markdown: Path | None,
-    export: Path | None,
-    as_json: bool,
-    no_code: bool,
-) -> int:
+def command(planners: Sequence[str], as_json: bool, no_code: bool, **options: Any) -> int:
     """Compare PLANNERS, or robots, in the same scenes with the same seeds, with statistical verdicts.
 
     With --robot, each planner is compared on each of the robots, as PLANNER@ROBOT; without PLANNERS, the robots are
@@ -120,28 +104,31 @@ def command(
     from ..compare import Comparison, Store, SweepOptions, sweep
     from ..compare.metric import DEFAULT_METRICS, metric
 
-    catalog = Catalog.here(code=not no_code)
-    judged = metrics or DEFAULT_METRICS
+    given, catalog = CompareOptions(**options), Catalog.here(code=not no_code)
+    judged, seeds, early = given.metrics or DEFAULT_METRICS, given.seeds, given.early
     for name in judged:
         metric(name)
-    planners = _named(planners, robots, early=early)
-    places = [*_of_families(families, range(first, first + count), given), *_by_name(scenario, agent, catalog)]
+    planners = _named(planners, given.robots, early=early)
+    indices = range(given.first, given.first + given.count)
+    places = [*_of_families(given.families, indices, given.given), *_by_name(given.scenario, given.agent, catalog)]
     if not places:
         raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
-    _create_folders(report, markdown, export)
-    plan = cold_plan(planners, places, catalog, perturb, early=early) if cold or perturb or outward else None
+    _create_folders(given.report, given.markdown, given.export)
+    cold = given.cold or given.perturb or given.outward
+    plan = cold_plan(planners, places, catalog, given.perturb, early=early) if cold else None
     chosen = [catalog.load_planner(name) for name in planners] if plan is None else plan.planners
     total = len(chosen) * len(places) * seeds
-    options = SweepOptions(
-        workers=jobs,
-        wall_limit=wall_limit,
-        retry_errors=retry_errors,
+    how = SweepOptions(
+        workers=given.jobs,
+        wall_limit=given.wall_limit,
+        retry_errors=given.retry_errors,
         warned=show_warnings,
         stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
     )
     with ExitStack() as stack:
-        kept = stack.enter_context(Store(store))
-        executor = None if cluster is None else stack.enter_context(load("rocs_bt.services", "cluster")(cluster))
+        kept = stack.enter_context(Store(given.store))
+        cluster = None if given.cluster is None else load("rocs_bt.services", "cluster")(given.cluster)
+        executor = None if cluster is None else stack.enter_context(cluster)
         progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
         found = sweep(
             chosen,
@@ -150,18 +137,18 @@ def command(
             catalog=catalog,
             store=kept,
             executor=executor,
-            options=options,
+            options=how,
             progress=progress,
         )
-        if export is not None:
-            kept.export(export, found.keys)
+        if given.export is not None:
+            kept.export(given.export, found.keys)
         records = list(found.records())
         every = Comparison(records)
         comparison = every if plan is None else Comparison(each for each in records if "~" not in each.planner)
-        walks = () if plan is None or not outward else plan.walk(every, places, seeds, kept, executor, options)
+        walks = () if plan is None or not given.outward else plan.walk(every, places, seeds, kept, executor, how)
     losses = () if plan is None else plan.losses(every, judged)
     verdicts = comparison.verdicts(judged, any_time=early)
-    _write(comparison, verdicts, judged, catalog, losses, walks, report=report, markdown=markdown, any_time=early)
+    _write(given, comparison, verdicts, judged, catalog, losses, walks)
     if as_json:
         more = {} if plan is None else plan.as_dict(losses, walks)
         _print_json(records, verdicts, more)
@@ -169,8 +156,8 @@ def command(
         _print(comparison, judged, verdicts, f"{found.played} played now, {len(records) - found.played} before")
         print_cold(losses, walks)
         _print_errors(records)
-        if report is not None:
-            echo(f"Report: {report}")
+        if given.report is not None:
+            echo(f"Report: {given.report}")
     return int(any(map(_is_broken, records)))
 
 
@@ -205,34 +192,30 @@ def _by_name(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRe
 
 
 def _write(
+    given: CompareOptions,
     comparison: Comparison,
     verdicts: Sequence[Verdict],
     metrics: Sequence[str],
     catalog: Catalog,
     losses: Sequence[Loss],
     walks: Sequence[Walk],
-    *,
-    report: Path | None,
-    markdown: Path | None,
-    any_time: bool,
 ) -> None:
     """Write the HTML report and the Markdown tables, if requested."""
-    from ..compare.report import markdown as in_markdown
-    from ..compare.report import sceneries, write_comparison
+    from ..compare.report import markdown, sceneries, write_comparison
 
-    if report is not None:
+    if given.report is not None:
         write_comparison(
             comparison,
-            report,
+            given.report,
             metrics=metrics,
-            any_time=any_time,
+            any_time=given.early,
             sceneries=lambda scenes: sceneries(scenes, catalog),
             command=shlex.join(["rocs-bt", *click.get_current_context().obj]),
             losses=losses,
             walks=walks,
         )
-    if markdown is not None:
-        write_whole(markdown, in_markdown(comparison, metrics, verdicts, losses, walks))
+    if given.markdown is not None:
+        write_whole(given.markdown, markdown(comparison, metrics, verdicts, losses, walks))
 
 
 def _print_json(records: Sequence[EpisodeRecord], verdicts: Sequence[Verdict], more: Mapping[str, Any]) -> None:

@@ -1,13 +1,11 @@
-"""Options of `rocs-bt compare` for planners on robots that differ from their own model: --cold and its strengths."""
+"""`rocs-bt compare --cold`: planners on robots that differ from their own model."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
-
-import click
+from typing import TYPE_CHECKING, Any
 
 from ..base.errors import Fault, InputError
 from ..catalog import Catalog, Perturbation, PlannerSpec, parse_perturbation
@@ -19,24 +17,7 @@ if TYPE_CHECKING:
     from ..compare.episode import SceneRef
     from ..compare.record import EpisodeRecord
 
-F = TypeVar("F", bound=Callable[..., Any])
 _WIDE = 1000  # characters, wider than any table
-
-
-def cold_options(command: F) -> F:
-    """Add the options --cold, --perturb and --outward to a command."""
-    for option in (
-        click.option("--outward", is_flag=True, help="Make each perturbation stronger until the planner breaks."),
-        click.option(
-            "--perturb",
-            multiple=True,
-            metavar="NAME[=STRENGTH]",
-            help="As --cold, but with this perturbation; may be repeated.",
-        ),
-        click.option("--cold", is_flag=True, help="Also play with each perturbation of the robot, and print the loss."),
-    ):
-        command = option(command)
-    return command
 
 
 @dataclass(frozen=True)

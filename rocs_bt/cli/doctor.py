@@ -22,7 +22,7 @@ from ..base.units import Bounds
 from ..catalog import Catalog
 from ..reactive import kernel_missing
 from .docs import find_manual
-from .quantity import QuantityType
+from .options import QuantityType
 from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")

@@ -16,7 +16,7 @@ from ..base.registered import load, registered
 from ..base.units import NOT_NEGATIVE
 from ..catalog import Catalog
 from .content import json_option, open_recording
-from .quantity import QuantityType
+from .options import QuantityType
 from .terminal import echo
 
 if TYPE_CHECKING:

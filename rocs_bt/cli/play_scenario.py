@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..base.units import FINITE, NONE, Bounds, Dimension
 from ..catalog import CachingCatalog
 from ..event import Event, RulesReplaced, SubtreeSwapped, SwapRefused
 from .content import catalog_for, json_option, no_code_option
+from .options import declared_options
 from .outcome import exit_code, outcome_text
 from .progress import Progress
-from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
     from ..catalog import Catalog, ScenarioSpec
-    from ..declare import Field
-    from ..running import Option, RunResult
+    from ..running import RunResult
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
@@ -36,40 +34,15 @@ _LOCAL = (
 
 
 def scenario_options(stage: str) -> Callable[..., Any]:
-    """Decorator that adds the argument SCENARIO and all options to a command that runs a scenario.
-
-    The command gets each option by the name of its attribute of `RunOptions`, where it is declared.
-    """
-    from ..running import declared_options
-
-    options = [o for o in declared_options().values() if o[1].flags and o[1].stage in ("", stage)]
+    """Decorator that adds the argument SCENARIO and all options to a command that runs a scenario."""
+    from ..running import RunOptions
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed((click.argument("scenario"), *(_option(*o) for o in options), *_LOCAL)):
+        for option in reversed((click.argument("scenario"), declared_options(RunOptions, stage), *_LOCAL)):
             function = option(function)
         return function
 
     return decorate
-
-
-def _option(each: Field, option: Option) -> Callable[..., Any]:
-    """Option of the command line for a declared option of a run."""
-    words: dict[str, Any] = {"help": option.help, "default": each.default, "metavar": option.metavar}
-    bounds = each.mark(Bounds) or FINITE
-    if each.hint is bool:
-        words |= {"is_flag": True}
-    elif each.options:
-        words |= {"type": click.Choice(each.options), "show_default": True}
-    elif each.hint is Path:
-        words |= {"type": click.Path(path_type=Path, dir_okay=each.name == "out")}
-    elif each.hint is int:
-        words |= {"type": click.IntRange(min=int(bounds.low)), "show_default": True}
-    elif each.hint is float:
-        of = each.mark(Dimension) or NONE
-        words |= {"type": QuantityType(of, bounds), "show_default": each.default is not None}
-    elif each.many:
-        words |= {"type": each.hint.read, "multiple": True}
-    return click.option(*option.flags, each.name, **words)
 
 
 def play_scenario(

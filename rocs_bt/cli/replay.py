@@ -11,7 +11,7 @@ from ..base.registered import load
 from ..base.units import FREQUENCY, NOT_NEGATIVE, POSITIVE
 from ..catalog import Catalog
 from .content import no_code_option, open_recording
-from .quantity import QuantityType
+from .options import QuantityType
 from .terminal import echo
 
 

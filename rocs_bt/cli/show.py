@@ -1,7 +1,8 @@
-"""`rocs-bt show`: draw the tree of a mission, list a rule file, or write the nodes available to missions."""
+"""`rocs-bt show`: draw the tree of a mission, list a rule file, or write available nodes and schemas for editors."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -13,6 +14,8 @@ from ..catalog import Catalog
 from ..interfaces.vocabulary import dialects
 from .content import catalog_for, no_code_option
 from .terminal import echo, own_stdout
+
+SCHEMAS = ("identified", "planner", "robot", "scenario")
 
 
 @click.command()
@@ -32,6 +35,7 @@ from .terminal import echo, own_stdout
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
 @click.option("--palette", is_flag=True, help="Write the nodes available to missions instead, for an editor.")
+@click.option("--schema", type=click.Choice(SCHEMAS), help="Write the JSON Schema of such files instead.")
 @no_code_option
 def command(
     name: str | None,
@@ -43,19 +47,24 @@ def command(
     robot: str,
     compiled: bool,
     palette: bool,
+    schema: str | None,
     no_code: bool,
 ) -> None:
     """Draw the tree of a mission with its parameters, or list the rules of a rule file.
 
     If a mission and a rule file have the same name, the mission is shown; with --compiled, the rule file. With
     --palette, write a TreeNodesModel of all actions and nodes of rocs_bt and of the project, with ports, types and
-    defaults: load it in an editor such as Groot2, or include it in a mission.
+    defaults: load it in an editor such as Groot2, or include it in a mission. With the JSON Schema of --schema, an
+    editor for TOML completes and checks files.
     """
     from ..check import draw_mission
 
-    if palette == (name is not None):
-        raise click.UsageError("Name a mission or a rule file, or give --palette.")
+    if (name is not None) + palette + (schema is not None) != 1:
+        raise click.UsageError("Name a mission or a rule file, or give --palette or --schema.")
     click.get_current_context().with_resource(own_stdout())
+    if schema is not None:
+        _write(_schema(schema), out, f"schema of {schema} files")
+        return
     if name is None:
         text = _palette(dialect or "rocs", code=not no_code)
         _write(text, out, f"{text.count(' ID=')} nodes")
@@ -86,6 +95,15 @@ def _write(text: str, out: Path | None, what: str) -> None:
     else:
         write_whole(out, text)
         echo(f"{out}: {what}.")
+
+
+def _schema(kind: str) -> str:
+    from ..catalog import PlannerSpec, RobotSpec, ScenarioSpec
+    from ..declare import json_schema
+    from ..simulation.identified_file import IdentifiedFile
+
+    declared = dict(zip(SCHEMAS, (IdentifiedFile, PlannerSpec, RobotSpec, ScenarioSpec), strict=True))
+    return json.dumps(json_schema(declared[kind], kind), indent=2)
 
 
 def _palette(dialect: str, *, code: bool) -> str:

@@ -1,6 +1,6 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
-from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of, given_of, replaced, values_of
+from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of, given_of, options_of, replaced, values_of
 from .functions import constructor_fields, keyword_fields
 from .marks import (
     Content,
@@ -11,6 +11,7 @@ from .marks import (
     Kinds,
     Names,
     OneOf,
+    Option,
     ReadBy,
     Rest,
     SetByPrograms,
@@ -33,6 +34,8 @@ from .read import (
     read_values,
     rows_in,
 )
+from .schema import json_schema
+from .write import data_of
 
 __all__ = [
     "MISSING",
@@ -48,6 +51,7 @@ __all__ = [
     "Names",
     "OneOf",
     "Open",
+    "Option",
     "Place",
     "ReadBy",
     "Rest",
@@ -60,12 +64,15 @@ __all__ = [
     "Wrong",
     "checked",
     "constructor_fields",
+    "data_of",
     "fields_of",
     "given_of",
     "has_key",
+    "json_schema",
     "keyword_fields",
     "names_of",
     "note_twice",
+    "options_of",
     "place_of",
     "read",
     "read_arguments",

@@ -22,7 +22,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 from ..base.errors import Fault, did_you_mean
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
-from .marks import InUnit, Key, Keys, OneOf, ReadBy, Rest, SetByPrograms, TableName, Valid
+from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Rest, SetByPrograms, TableName, Valid
 from .open import Open
 
 MISSING = object()
@@ -342,3 +342,9 @@ def replaced(of: D, /, **changes: Any) -> D:
     if of._table is not None:
         made.__dict__["_table"] = of._table
     return made
+
+
+def options_of(cls: type[Declared]) -> Mapping[str, tuple[Field, Option]]:
+    """Options that a class declares, by name; those of its bases last."""
+    fields = sorted(fields_of(cls), key=lambda each: each.owner is not cls)
+    return {each.name: (each, option) for each in fields if (option := each.mark(Option)) is not None}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from ..base.toml_table import Table
 from ..base.units import NONE, Dimension
@@ -83,6 +83,28 @@ class Word:
     """Mark of a value that may be this word instead, which is read as None."""
 
     text: str
+
+
+@dataclass(frozen=True)
+class Option:
+    """Mark of an option of a command or of a run.
+
+    Attributes:
+        help: Meaning of the option.
+        flags: Names on the command line, such as `--for`; empty if only programs give the option.
+        metavar: Name of the value on the command line.
+        path: Which paths a path may be; empty for both.
+        stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
+        late: Whether a run takes the option after its preparation. All others affect what happens in the run, and are
+            part of the command line that repeats it.
+    """
+
+    help: str
+    flags: tuple[str, ...] = ()
+    metavar: str | None = None
+    path: Literal["", "file", "folder"] = "file"
+    stage: Literal["", "simulation", "hardware"] = ""
+    late: bool = False
 
 
 @dataclass(frozen=True)

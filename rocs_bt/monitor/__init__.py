@@ -6,13 +6,12 @@ Only `agent` and the packages above it import this package.
 from collections.abc import Mapping
 
 from .battery_monitor import BatteryMonitor
-from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor
 from .monitor import Monitor, MonitoredSensor
 from .motion_monitor import MotionMonitor
 from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
-from .pose_monitor import PoseMonitor
+from .pose_monitor import FixMonitor, PoseMonitor
 from .range_monitor import RangeMonitor
 from .scan_monitor import ScanMonitor
 from .wheel_monitor import WheelMonitor

@@ -7,7 +7,7 @@ from ..drivers.host import Host
 from .command import Control, RunCommand
 from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
-from .options import Build, LiveView, Option, RunOptions, declared_options
+from .options import Build, LiveView, RunOptions
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
@@ -31,7 +31,6 @@ __all__ = [
     "Host",
     "LiveView",
     "Metrics",
-    "Option",
     "PreflightReport",
     "RequirementWatch",
     "Result",
@@ -45,7 +44,6 @@ __all__ = [
     "Stage",
     "StopSignals",
     "check_recorded",
-    "declared_options",
     "replay",
     "requirement_faults",
     "requirements_of",

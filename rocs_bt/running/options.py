@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.units import NOT_NEGATIVE, Count, PositiveSeconds, Seconds
-from ..declare import Field, Value, fields_of, given_of, replaced, values_of
+from ..declare import Option, Value, given_of, options_of, replaced, values_of
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
@@ -21,26 +19,6 @@ from .stop_signals import StopSignals
 
 Build = Callable[..., Any]
 """Mission function: returns the tree or the Plan of a mission."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """Mark of an option of a run.
-
-    Attributes:
-        help: Meaning of the option.
-        flags: Names on the command line, such as `--for`; empty if only programs give the option.
-        metavar: Name of the value on the command line.
-        stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
-        late: Whether a run takes the option after its preparation. All others affect what happens in the run, and are
-            part of the command line that repeats it.
-    """
-
-    help: str
-    flags: tuple[str, ...] = ()
-    metavar: str | None = None
-    stage: Literal["", "simulation", "hardware"] = ""
-    late: bool = False
 
 
 class LiveView(EventSink, Control, Protocol):
@@ -72,6 +50,7 @@ class RunOptions(Value):
         Option(
             "Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.",
             ("--out",),
+            path="",
             late=True,
         ),
     ] = None
@@ -191,7 +170,7 @@ class RunOptions(Value):
 
     def __post_init__(self) -> None:
         values, faults = values_of(self), list[Fault]()
-        for name, (each, option) in declared_options().items():
+        for name, (each, option) in options_of(RunOptions).items():
             faults += each.faults(values[name], f"the option {name}") if option.flags else []
             if isinstance(values[name], str) and each.hint is Path:
                 self.__dict__[name] = Path(values[name])
@@ -221,7 +200,7 @@ class RunOptions(Value):
             InputError: One of them is given.
         """
         given = [name for name, value in given_of(self).items() if value and name != "mode"]
-        if names := " and ".join(name for name in given if declared_options()[name][1].stage not in ("", stage)):
+        if names := " and ".join(name for name in given if options_of(RunOptions)[name][1].stage not in ("", stage)):
             if stage == "hardware":
                 raise InputError(f"on hardware nothing is simulated: remove the option {names}.")
             raise InputError(f"these options are for `drive` only: remove {names}.")
@@ -229,7 +208,7 @@ class RunOptions(Value):
     def command_line(self, begin: str) -> str:
         """Command line that repeats a run with these options; `begin` is its part before the options."""
         words, given = [begin], {"seed": self.seed, **given_of(self)}
-        for name, (each, option) in declared_options().items():
+        for name, (each, option) in options_of(RunOptions).items():
             if name in given and option.flags and not option.late:
                 for value in given[name] if each.many else (given[name],):
                     text = f"{value:g}" if isinstance(value, float) else str(value)
@@ -237,12 +216,6 @@ class RunOptions(Value):
         return " ".join(words)
 
 
-@cache
-def declared_options() -> Mapping[str, tuple[Field, Option]]:
-    """Declaration of each option of a run, by attribute of `RunOptions`."""
-    return {each.name: (each, option) for each in fields_of(RunOptions) if (option := each.mark(Option)) is not None}
-
-
 RunOptions.__doc__ = f"{RunOptions.__doc__}\n\n    Attributes:" + "".join(
-    f"\n        {name}: {option.help}" for name, (_, option) in declared_options().items()
+    f"\n        {name}: {option.help}" for name, (_, option) in options_of(RunOptions).items()
 )

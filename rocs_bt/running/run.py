@@ -14,6 +14,7 @@ from ..agent import Agent, RuleWatch
 from ..base.errors import Fault, InputError, collected, unknown
 from ..base.files import read_once
 from ..catalog import Catalog, ScenarioSpec
+from ..declare import options_of
 from ..expression import Environment
 from ..record import TRUTH, RunHeader, Summary, write_report
 from ..simulation import on_hardware
@@ -24,7 +25,7 @@ from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
 from .header import guards_of, plain_header, with_scenery, without_world
 from .memory import Memory
-from .options import RunOptions, declared_options
+from .options import RunOptions
 from .requirements import requirement_faults
 from .run_files import RunFiles
 from .run_record import RunRecord
@@ -99,7 +100,7 @@ class Run:
         """
         self._refuse_again()
         options = self.options.changed(**later)
-        if self.prepared and (late := [name for name in later if not declared_options()[name][1].late]):
+        if self.prepared and (late := [name for name in later if not options_of(RunOptions)[name][1].late]):
             given = " and ".join(f"{name} = {getattr(self.options, name)!r}" for name in late)
             raise InputError(f"the run is prepared with {given} already. Make a Run with other options.")
         self._take(options)

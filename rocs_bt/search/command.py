@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
 
 from ..base.errors import Fault, InputError
+from ..base.files import is_file, write_whole
+from ..base.units import Bounds, Count
 from ..base.words import counted
 from ..cli.content import json_option, no_code_option
-from ..cli.episodes import jobs_option, store_option, wall_limit_option
+from ..cli.options import EpisodeOptions, declared_options
 from ..cli.progress import Progress
 from ..cli.terminal import echo, show_warnings
+from ..declare import Option
 
 if TYPE_CHECKING:
     from ..compare.record import EpisodeRecord
@@ -24,55 +28,37 @@ if TYPE_CHECKING:
     from .run_search import SearchResult
     from .space import SearchSpace
 
+
 _LISTED = 12  # maximum number of listed obstacles
+
+
+class CommandOptions(EpisodeOptions):
+    """Options of the command."""
+
+    family: Annotated[str, Option("Family of the searched scenes.", ("--family",))]
+    given: Annotated[tuple[str, ...], Option("Fix a parameter of the family.", ("--set",), "NAME=VALUE")] = ()
+    vary: Annotated[
+        tuple[str, ...],
+        Option("Range of a parameter; by default half to twice its value.", ("--vary",), "NAME=LOW..HIGH"),
+    ] = ()
+    failure: Annotated[
+        Literal["any", "collision", "fell", "failed", "stuck", "timeout", "error"],
+        Option("Outcome to search for.", ("--failure",)),
+    ] = "any"
+    budget: Annotated[int, Bounds(1), Option("Maximum number of episodes.", ("--budget",))] = 300
+    seed: Annotated[Count, Option("Seed of the sampled scenes.", ("--seed",))] = 1
+    out: Annotated[
+        Path | None, Option("Project folder to write the scene and a test to.", ("--out",), path="folder")
+    ] = None
+    name: Annotated[str, Option("Name of the scene there; by default PLANNER_in_FAMILY.", ("--name",))] = ""
 
 
 @click.command()
 @click.argument("planner")
-@click.option("--family", required=True, help="Family of the searched scenes.")
-@click.option("--set", "given", multiple=True, metavar="NAME=VALUE", help="Fix a parameter of the family.")
-@click.option(
-    "--vary", multiple=True, metavar="NAME=LOW..HIGH", help="Range of a parameter; by default half to twice its value."
-)
-@click.option(
-    "--failure",
-    type=click.Choice(["any", "collision", "fell", "failed", "stuck", "timeout", "error"]),
-    default="any",
-    show_default=True,
-    help="Outcome to search for.",
-)
-@click.option(
-    "--budget", type=click.IntRange(min=1), default=300, show_default=True, help="Maximum number of episodes."
-)
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the sampled scenes.")
-@click.option(
-    "--out",
-    "folder",
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Project folder to write the scene and a test to.",
-)
-@click.option("--name", default="", help="Name of the scene there; by default PLANNER_in_FAMILY.")
-@store_option
-@jobs_option
-@wall_limit_option
+@declared_options(CommandOptions)
 @json_option("Print JSON, including scenario and world of the scene.")
 @no_code_option
-def command(
-    planner: str,
-    family: str,
-    given: Sequence[str],
-    vary: Sequence[str],
-    failure: str,
-    budget: int,
-    seed: int,
-    folder: Path | None,
-    name: str,
-    store: Path,
-    jobs: int | None,
-    wall_limit: float,
-    as_json: bool,
-    no_code: bool,
-) -> int:
+def command(planner: str, as_json: bool, no_code: bool, **options: Any) -> int:
     """Search the scenes of a family for one in which PLANNER fails, and reduce it to a minimal one.
 
     An interrupted search continues where it stopped when called again. Exits with 1 if it found a failure, else 0.
@@ -80,28 +66,27 @@ def command(
     from ..catalog import Catalog
     from ..compare import Store, load_family
     from ..compare.replay import parse_value
-    from .keep import keep, refuse_existing
     from .run_search import FAILURES, SearchOptions, default_name, search
     from .space import SearchSpace
 
-    catalog = Catalog.here(code=not no_code)
-    spec = catalog.load_planner(planner)
-    fixed = {key: parse_value(value) for key, value in _pairs("--set", given).items()}
-    space = SearchSpace.of(load_family(catalog, family, fixed), fixed, _pairs("--vary", vary))
-    scene_name = name or default_name(spec, space)
+    given, catalog = CommandOptions(**options), Catalog.here(code=not no_code)
+    spec, folder = catalog.load_planner(planner), given.out
+    fixed = {key: parse_value(value) for key, value in _pairs("--set", given.given).items()}
+    space = SearchSpace.of(load_family(catalog, given.family, fixed), fixed, _pairs("--vary", given.vary))
+    scene_name = given.name or default_name(spec, space)
     if folder is not None:
         refuse_existing(folder, scene_name)
-    options = SearchOptions(
+    how = SearchOptions(
         name=scene_name,
-        failures=FAILURES if failure == "any" else (failure,),
-        budget=budget,
-        seed=seed,
-        workers=jobs,
-        wall_limit=wall_limit,
+        failures=FAILURES if given.failure == "any" else (given.failure,),
+        budget=given.budget,
+        seed=given.seed,
+        workers=given.jobs,
+        wall_limit=given.wall_limit,
         warned=show_warnings,
     )
-    with Store(store) as kept, Progress(f"{spec.name} in {family}", budget, "episodes") as progress:
-        result = search(spec, space, options, catalog=catalog, store=kept, progress=progress)
+    with Store(given.store) as kept, Progress(f"{spec.name} in {given.family}", given.budget, "episodes") as progress:
+        result = search(spec, space, how, catalog=catalog, store=kept, progress=progress)
     files = None
     if folder is not None and result.smallest is not None:
         files = keep(result.smallest, planner, folder)
@@ -175,8 +160,6 @@ def _at(position: tuple[float, float]) -> str:
 
 def _print_files(planner: str, draft: Draft | None, folder: Path | None, files: tuple[Path, Path] | None) -> None:
     """Print the files of the scene and the next command."""
-    from .keep import play_command
-
     if draft is None:
         return
     if folder is None or files is None:
@@ -214,3 +197,52 @@ def _plain(planner: str, space: SearchSpace, result: SearchResult) -> Mapping[st
                 "world": draft.scene.world,
             }
     return plain
+
+
+_TEST = '''"""A scene, found by a search, in which {planner} fails. The test fails until the planner is fixed."""
+
+import pytest
+
+
+@pytest.mark.planners("{planner}")
+@pytest.mark.scenarios("{name}")
+def {function}(comparison):
+    assert comparison.comparison.outcomes("{planner}") == {{"success": 1}}
+'''
+
+
+def refuse_existing(folder: Path, name: str) -> None:
+    """Check that saving a scene under a name would not overwrite a file.
+
+    Raises:
+        InputError: A file of this name exists, the folder is a file, or the name is not valid for a scenario.
+    """
+    if is_file(folder):
+        raise InputError(Fault(f"'{folder}' is no folder.", hint="Choose another one with --out."))
+    if not re.fullmatch(r"\w[\w-]*", name):
+        raise InputError(Fault(f"'{name}' is not a valid scenario name.", hint="Use letters, digits, '_' and '-'."))
+    for file in (folder / "scenarios" / f"{name}.toml", _test_of(name, folder)):
+        if file.exists():
+            raise InputError(Fault(f"'{name}' already exists.", file, hint="Choose another name with --name."))
+
+
+def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
+    """Write a scene, and a test that the planner succeeds in it, into a project."""
+    scenario = draft.scene.write(folder)
+    test = _test_of(draft.name, folder)
+    test.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(test, _TEST.format(planner=planner, name=draft.name, function=test.stem))
+    return scenario, test
+
+
+def play_command(draft: Draft, planner: str) -> str:
+    """Shell command that plays a planner in the saved scene again."""
+    from ..compare.replay import episode_command
+    from .player import SEED
+
+    return f"{episode_command(planner, draft.name)} --seed {SEED}"
+
+
+def _test_of(name: str, folder: Path) -> Path:
+    plain = re.sub(r"\W", "_", name)
+    return folder / "tests" / f"test_{plain}.py"

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from ..base.files import is_file
 from ..base.toml_table import Table, read_toml
@@ -20,13 +20,12 @@ from ..base.units import (
     TIME,
     TURN_RATE,
     Bounds,
-    Dimension,
 )
 from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
 from ..control.locomotion import AXES
-from ..declare import InFile, Scope, SetByPrograms, Value, read_root, replaced
+from ..declare import InFile, Scope, SetByPrograms, Value, data_of, fields_of, read_root, replaced
 
-FORMAT = "identified/1"
+V = TypeVar("V", bound=Value)
 
 _LEAST = Bounds(0.0)
 _BRAKING = Bounds(1e-6)
@@ -123,20 +122,20 @@ def read_identified(file: Path, text: str | None = None) -> IdentifiedFile:
 
 def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> str:
     """Text of the identified.toml of a robot."""
+    figures: dict[str, Any] = {
+        axis: _rounded(TurnFigures if axis == "wz" else AxisFigures, of) for axis, of in axes.items()
+    }
+    measured = None if wheels is None else _rounded(WheelFigures, wheels)
+    file = IdentifiedFile(model=model_hash(robot), wheels=measured, **figures)
     text = "# Measured by `rocs-bt identify`. `rocs-bt check` compares robot.toml with it.\n"
-    text += as_toml({"format": FORMAT, "model": model_hash(robot)})
-    for axis, of in axes.items():
-        unit = str(_unit(axis))
-        figures = {"max_speed": f"{of.max_speed:.4g} {unit}/s", "lag": f"{round(of.lag, 4):g} s"}
-        if of.latency is not None:
-            figures |= {"latency": f"{round(of.latency, 4):g} s", "deceleration": f"{of.deceleration:.4g} {unit}/s2"}
-        figures["stop_distance"] = f"{of.stop_distance:.4g} {unit}"
-        text += f"\n[{axis}]\n{as_toml(figures)}"
-    if wheels is not None:
-        separation, offset = wheels.effective_wheel_separation, round(wheels.icr_offset, 4)
-        figures = {"effective_wheel_separation": f"{separation:.4g} m", "icr_offset": f"{offset:g} m"}
-        text += f"\n[wheels]\n{as_toml(figures)}"
-    return text
+    return text + as_toml(data_of(file), levels=1)
+
+
+def _rounded(cls: type[V], of: Any) -> V:
+    """The values of a class with four digits; those that may be near 0 with four decimals."""
+    values = {each.name: getattr(of, each.name) for each in fields_of(cls)}
+    near_0 = ("lag", "latency", "icr_offset")
+    return cls(**{n: v and (round(v, 4) if n in near_0 else float(f"{v:.4g}")) for n, v in values.items()})
 
 
 def model_hash(robot: RobotSpec) -> str:
@@ -150,8 +149,3 @@ def model_hash(robot: RobotSpec) -> str:
     driver = [motion.driver, motion.arguments, None if isinstance(change, tuple) else change]
     text = json.dumps([content_hash(entries), driver], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _unit(axis: str) -> Dimension:
-    """Dimension of a distance along an axis."""
-    return ANGLE if axis == "wz" else LENGTH

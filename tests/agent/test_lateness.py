@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.agent.heartbeat import Heartbeat
 from rocs_bt.agent.lateness import LONGEST, MOST, WINDOW, Lateness
+from rocs_bt.agent.threaded import Heartbeat
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.event import BlockFailed, MotionHeld, MotionReleased, SensorFailed
 

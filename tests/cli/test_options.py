@@ -9,9 +9,10 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.cli.main import COMMANDS, group
-from rocs_bt.cli.quantity import QuantityType
+from rocs_bt.cli.options import QuantityType
+from rocs_bt.declare import options_of
 from rocs_bt.record import SubtreeSwap
-from rocs_bt.running import RunOptions, declared_options
+from rocs_bt.running import RunOptions
 
 
 def commands(parent: click.Group, context: click.Context, path: str = "") -> Iterator[tuple[str, click.Command]]:
@@ -87,15 +88,15 @@ def test_each_quantity_has_a_unit_or_is_in_si_units(name, text, option):
 @pytest.mark.parametrize(("name", "stage"), [("run", "simulation"), ("drive", "hardware")])
 def test_the_options_of_a_run_are_those_that_it_declares(name, stage):
     found = {option.name: option for option in options(name).values()}
-    for attribute, (each, declared) in declared_options().items():
+    for attribute, (each, declared) in options_of(RunOptions).items():
         assert (attribute in found) == (bool(declared.flags) and declared.stage in ("", stage))
         if attribute in found:
             assert (found[attribute].help, found[attribute].default) == (declared.help, each.default)
 
 
-@pytest.mark.parametrize("name", [name for name, (_, each) in declared_options().items() if each.stage])
+@pytest.mark.parametrize("name", [name for name, (_, each) in options_of(RunOptions).items() if each.stage])
 def test_an_option_of_one_stage_is_refused_on_the_other(name):
-    other = {"simulation": "hardware", "hardware": "simulation"}[declared_options()[name][1].stage]
+    other = {"simulation": "hardware", "hardware": "simulation"}[options_of(RunOptions)[name][1].stage]
     value = {"mode": "threaded", "video": Path("v.mp4"), "follow": "R2", "wait": 3.0}
     given = {name: value.get(name, True), **({"video": Path("v.mp4")} if name == "follow" else {})}
     if name == "swaps":

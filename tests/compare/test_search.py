@@ -19,8 +19,8 @@ from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.declare import replaced
+from rocs_bt.search.command import keep
 from rocs_bt.search.draft import Draft
-from rocs_bt.search.keep import keep
 from rocs_bt.search.player import Player
 from rocs_bt.search.run_search import SearchOptions, search
 from rocs_bt.search.shrink import Fairness, Shrinking

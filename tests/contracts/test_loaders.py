@@ -31,7 +31,7 @@ from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.record import Recorder, Recording
 from rocs_bt.search.imports.barn import read_world as read_barn_world
-from rocs_bt.search.imports.raster import read_map_yaml, read_pgm
+from rocs_bt.search.imports.maps import read_map_yaml, read_pgm
 from rocs_bt.testing.missions.substitute import read_rules as read_substitutions
 from rocs_bt.trees.nodes import BUILTIN
 from rocs_bt.trees.xml import load_xml, palette

@@ -21,8 +21,7 @@ from rocs_bt.compare import Block, Ground, Post, SweepOptions, sweep
 from rocs_bt.compare.family import AgentSetup
 from rocs_bt.compare.metric import barn_score
 from rocs_bt.search.imports.barn import read_barn, read_world
-from rocs_bt.search.imports.maps import read_maps
-from rocs_bt.search.imports.raster import read_map, read_pgm, read_png
+from rocs_bt.search.imports.maps import read_map, read_maps, read_pgm, read_png
 
 CYLINDER = """<model name='{0}'><pose>{1} {2} 0 0 0 0</pose><static>1</static><link name='link'><collision name='c'>
 <geometry><cylinder><radius>0.075</radius><length>1</length></cylinder></geometry></collision></link></model>"""

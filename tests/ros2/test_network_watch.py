@@ -6,7 +6,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint
-from rocs_bt.ros2.sim.network_watch import LOOK_AGAIN, NetworkWatch
+from rocs_bt.ros2.sim.simulation import LOOK_AGAIN, NetworkWatch
 
 from .test_sim_robot import AGENT, SCENARIO, Wire
 

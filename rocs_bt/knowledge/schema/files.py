@@ -15,7 +15,6 @@ single = true
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -26,6 +25,7 @@ from typing import Any, TypeVar
 from ...base.errors import Fault, InputError, KnowledgeError, UnitError
 from ...base.geometry import Pose2
 from ...base.toml_table import Table, read_toml
+from ...base.toml_text import as_toml
 from ...base.units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
 from ..attribute import Attribute, Live
 from ..declaration import Kind, Relation
@@ -238,67 +238,39 @@ _WORDS = {kind: word for word, kind in TYPES.items()}
 
 def schema_text(schema: Schema) -> str:
     """The text of a schema file from which `load_schema` reads an equal schema."""
-    return "\n".join([f"format = {json.dumps(FORMAT)}", *_declarations(schema)]) + "\n"
+    kinds = {kind.name: _declaration_data(kind, ("doc", "extends")) for kind in schema.declared.values()}
+    keys = ("doc", "sources", "targets", "single", "max_targets", "max_sources")
+    relations = {relation.name: _declaration_data(relation, keys) for relation in schema.relations.values()}
+    return as_toml({"format": FORMAT, "kind": kinds, "relation": relations}, levels=3)
 
 
-def _declarations(schema: Schema) -> Iterator[str]:
-    for kind in schema.declared.values():
-        yield from _table(f"kind.{kind.name}", {"doc": kind.doc, "extends": kind.extends}, kind.attributes)
-    for relation in schema.relations.values():
-        values: dict[str, Any] = {
-            "doc": relation.doc,
-            "sources": [*relation.sources],
-            "targets": [*relation.targets],
-            "single": relation.single,
-            "max_targets": relation.max_targets,
-            "max_sources": relation.max_sources,
-        }
-        yield from _table(f"relation.{relation.name}", values, relation.attributes)
+def _declaration_data(of: Kind | Relation, keys: Iterable[str]) -> dict[str, Any]:
+    given = {key: value for key in keys if (value := getattr(of, key)) not in (None, "", False)}
+    attributes = {name: _attribute_data(attribute) for name, attribute in of.attributes.items()}
+    return given | ({"attributes": attributes} if attributes else {})
 
 
-def _table(header: str, values: Mapping[str, Any], attributes: Mapping[str, Attribute]) -> Iterator[str]:
-    yield f"\n[{header}]"
-    yield from (f"{key} = {_plain(value)}" for key, value in values.items() if value not in (None, "", False))
-    if attributes:
-        yield f"[{header}.attributes]"
-    for name, attribute in attributes.items():
-        yield f"{name} = {{ {', '.join(f'{key} = {value}' for key, value in _attribute_text(attribute))} }}"
+def _attribute_data(attribute: Attribute) -> dict[str, Any]:
+    unit, bounds = attribute.dimensions[0], {"low": attribute.low, "high": attribute.high}
+    return {
+        "type": _WORDS[attribute.type],
+        "unit": str(unit) if attribute.type in (float, tuple) and unit != NONE else None,
+        "required": attribute.required or None,
+        **{key: _quantity(bound, unit) for key, bound in bounds.items() if not math.isinf(bound)},
+        "size": attribute.size or None,
+        "choices": attribute.choices or None,
+        "default": _default_data(attribute),
+        "doc": attribute.doc or None,
+    }
 
 
-def _attribute_text(attribute: Attribute) -> Iterator[tuple[str, str]]:
-    kind, unit = attribute.type, attribute.dimensions[0]
-    yield "type", json.dumps(_WORDS[kind])
-    if kind in (float, tuple) and unit != NONE:
-        yield "unit", json.dumps(str(unit))
-    if attribute.required:
-        yield "required", "true"
-    for key, bound in (("low", attribute.low), ("high", attribute.high)):
-        if not math.isinf(bound):
-            yield key, _quantity(bound, unit)
-    if attribute.size:
-        yield "size", str(attribute.size)
-    if attribute.choices:
-        yield "choices", _plain([*attribute.choices])
-    if attribute.default is not None:
-        yield "default", _default_text(attribute)
-    if attribute.doc:
-        yield "doc", _plain(attribute.doc)
-
-
-def _default_text(attribute: Attribute) -> str:
+def _default_data(attribute: Attribute) -> Any:
     value, dimensions = attribute.default, attribute.dimensions
-    if attribute.type is float:
-        return _quantity(value, dimensions[0])
     if isinstance(value, (tuple, Pose2)):
         each = dimensions if isinstance(value, Pose2) else dimensions * len(value)
-        return f"[{', '.join(_quantity(v, d) for v, d in zip(value, each, strict=True))}]"
-    return _plain(value)
+        return [_quantity(v, d) for v, d in zip(value, each, strict=True)]
+    return _quantity(value, dimensions[0]) if isinstance(value, float) else value
 
 
-def _quantity(value: float, unit: Dimension) -> str:
-    return repr(value) if unit == NONE and not math.isinf(value) else json.dumps(f"{value!r} {unit}")
-
-
-def _plain(value: Any) -> str:
-    # TOML literals equal JSON, except for DEL, which JSON does not escape.
-    return json.dumps(value).replace("\x7f", "\\u007f")
+def _quantity(value: float, unit: Dimension) -> float | str:
+    return value if unit == NONE and not math.isinf(value) else f"{value!r} {unit}"

@@ -9,8 +9,8 @@ from .action import RosAction
 from .action_server import RosActionServer
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs
 from .nav2_servers import NODES
+from .nav2_services import RosService
 from .nav2_topics import TOPICS
-from .service import RosService
 from .topics import RosPublish, RosSubscribe
 from .uses_ros import UsesRos
 

@@ -12,7 +12,7 @@ from ...base.errors import Fault, InputError
 from ...base.units import NONE, NOT_NEGATIVE, POSITIVE
 from ...base.words import counted
 from ...cli.content import catalog_for, no_code_option
-from ...cli.quantity import QuantityType
+from ...cli.options import QuantityType
 from ...cli.terminal import discard_if_closed, echo, show_table
 from ...event import CommandExpired, ContactBegan, Event
 

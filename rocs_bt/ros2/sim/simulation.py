@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,9 +16,8 @@ from ...simulation.robot_links import RobotLinks
 from ...simulation.simulated_world import SimulatedWorld, build_world
 from ..messages import fields as messages
 from ..messages.names import robot_namespace
-from ..network.qos import QoS
-from ..network.transport import Transport
-from .network_watch import NetworkWatch
+from ..network.qos import QoS, mismatch
+from ..network.transport import Endpoint, Transport
 from .publishers import ALL_FRAMES, FrameOptions, Publisher, RobotPublishers, TfPublishers
 from .robot import COMMAND_TIMEOUT, COMMAND_TYPES, LATEST, Ros2Robot
 
@@ -188,3 +188,62 @@ def _namespaces(agents: Sequence[str], namespace: str) -> dict[str, str]:
             message = f"the robots {' and '.join(same)} would have the same namespace '{space}'."
             raise InputError(Fault(message, hint="Rename an agent; case and punctuation do not count here."))
     return found
+
+
+LOOK_AGAIN = 1.0
+"""Wall-clock time between two looks at the network [s]."""
+
+
+class NetworkWatch:
+    """Looks for nodes with a type or quality of service that does not match a topic; each is noticed once.
+
+    Args:
+        transport: Network.
+        published: Topics that the simulation publishes, each with its type and the quality of service offered.
+        taken: Topics of commands that the simulation takes, each with its type and the quality of service requested.
+        notice: Function that is called with each notice.
+        wall: Wall clock [s].
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        published: Iterable[tuple[str, str, QoS]],
+        taken: Iterable[tuple[str, str, QoS]],
+        notice: Callable[[str], None],
+        wall: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._transport = transport
+        self._published = {topic: (type, qos) for topic, type, qos in published}
+        self._taken = {topic: (type, qos) for topic, type, qos in taken}
+        self._notice = notice
+        self._wall = wall
+        self._next = wall() + LOOK_AGAIN
+        self._known: set[str] = set()
+
+    def look(self) -> None:
+        """Look at the network if it is time."""
+        if self._wall() < self._next:
+            return
+        for endpoint in self._transport.endpoints():
+            for text in self._mismatches(endpoint):
+                if text not in self._known:
+                    self._known.add(text)
+                    self._notice(text)
+        self._next = self._wall() + LOOK_AGAIN
+
+    def _mismatches(self, each: Endpoint) -> Iterator[str]:
+        node = each.owner
+        type, qos = (self._taken if each.publishes else self._published).get(each.topic, (each.type, each.qos))
+        verb = "publishes" if each.publishes else "subscribes to"
+        if each.type != type:
+            yield f"{each.topic}: {node} {verb} {each.type}, and the type here is {type}.{_advice(each)}"
+        elif why := mismatch(each.qos, qos) if each.publishes else mismatch(qos, each.qos):
+            fix = f"Let it {'offer' if each.publishes else 'request'} {qos.reliability}, {qos.durability}."
+            yield f"{each.topic}: the quality of service of {node} does not match in {why}. {fix}"
+
+
+def _advice(each: Endpoint) -> str:
+    """What to do about commands of another type."""
+    name = each.type.removeprefix("geometry_msgs/msg/")
+    return f" Write --cmd-vel {name}." if each.publishes and name in ("Twist", "TwistStamped") else ""

@@ -2,10 +2,9 @@
 
 from .coverage import TreeCoverage
 from .inject import Breaks, Flaky, Raises, inject
-from .play import PlayOptions, play
+from .play import PlayOptions, Trace, play
 from .scripted import Scripted, ScriptedOutcomes
 from .substitute import Rule, read_rules, substitute
-from .trace import Trace
 
 __all__ = [
     "Breaks",

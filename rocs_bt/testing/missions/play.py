@@ -7,23 +7,24 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...base.errors import Fault, InputError
+from ...base.errors import Fault, InputError, unknown
 from ...catalog import TREES, Catalog
 from ...event import Said
+from ...knowledge import Knowledge
 from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, shipped_nodes, xml_mission
-from ...trees.nodes import RUNNING, Decorator, Node, Tree
+from ...trees.board import Board
+from ...trees.nodes import RUNNING, Decorator, Leaf, Node, Tree
 from ...trees.status import FAILURE, IDLE, Outcome, outcome_name
 from .coverage import TreeCoverage, outline
 from .environment import Known, MissionEnvironment, checked_ticks
 from .inject import inject
 from .match import wild
 from .scripted import ScriptedOutcomes
-from .stub import stub_leaf
 from .substitute import Rule, substitute
-from .trace import Trace
 
 if TYPE_CHECKING:
     from ...trees import Behaviour
+
 
 LETTERS = {"RUNNING": "R", "SUCCESS": "S", "FAILURE": "F", "SKIPPED": "K", "IDLE": "H"}
 
@@ -203,3 +204,84 @@ def _refuse_robots(root: Behaviour) -> None:
     if names:
         hint = f'Script them: leaves={{"{names[0]}": "RRS"}}, or all of them: leaves={{"*": "S"}}.'
         raise InputError(Fault(f"these leaves need a robot: {', '.join(names)}.", hint=hint))
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Record of a mission.
+
+        trace["GoTo dock"] == "R R S"    # `.` if not ticked, `H` if halted, `RH` for both
+
+    Attributes:
+        outcomes: Name of the root's outcome in each tick, such as `RUNNING`.
+        cells: Outcomes of each node as letters, one text per tick; keyed by the node's path.
+        board: Blackboard of the root.
+        knowledge: Knowledge at the end.
+        said: Texts that the mission spoke or logged, in order of time.
+        reason: Feedback message of the node that decided the last outcome; may be empty.
+        times: Time of each tick [s].
+    """
+
+    outcomes: tuple[str, ...]
+    cells: Mapping[str, tuple[str, ...]]
+    board: Board
+    knowledge: Knowledge
+    said: tuple[str, ...]
+    reason: str
+    times: tuple[float, ...]
+
+    @property
+    def outcome(self) -> str:
+        """Last outcome of the root."""
+        return self.outcomes[-1]
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks."""
+        return len(self.outcomes)
+
+    def __getitem__(self, node: str) -> str:
+        """Return the outcomes of a node as letters, one word per tick.
+
+        Args:
+            node: Path of the node, or its name if unique.
+
+        Raises:
+            InputError: No node, or more than one, has this name.
+        """
+        found = [path for path in self.cells if node in (path, path.rsplit("/", 1)[-1])]
+        if not found:
+            raise InputError(unknown("node", node, self.cells, "The tree"))
+        if len(found) > 1 and node not in self.cells:
+            raise InputError(Fault(f"{len(found)} nodes are named '{node}'.", hint=f"Choose one: {', '.join(found)}."))
+        return " ".join(self.cells[node] if node in self.cells else self.cells[found[0]])
+
+    def __str__(self) -> str:
+        width = max(max(len(cell) for cell in row) for row in self.cells.values())
+        lines = [
+            f"{'  ' * path.count('/') + path.rsplit('/', 1)[-1]:<40} {' '.join(f'{c:<{width}}' for c in row)}".rstrip()
+            for path, row in self.cells.items()
+        ]
+        ending = f"{self.outcome} after {self.ticks} ticks" + (f": {self.reason}" if self.reason else "")
+        return "\n".join([*lines, ending])
+
+
+class _Stub(Leaf):
+    """Leaf that accepts any ports and fails unless it is substituted."""
+
+    def __init__(self, name: str = "", /, **attributes: Any) -> None:
+        kept = {n: v for n, v in attributes.items() if n.startswith("_")}
+        super().__init__(name, **kept)
+
+    @classmethod
+    def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
+        return super().attribute_faults({n: v for n, v in attributes.items() if n.startswith("_")})
+
+    def update(self) -> Outcome:
+        self.feedback_message = "this node has no class"
+        return FAILURE
+
+
+def stub_leaf(tag: str) -> type[Leaf]:
+    """Return a stub class for the XML tag of a node without a class."""
+    return type(tag, (_Stub,), {"tag": tag, "__doc__": "Stub of a node without a class."})

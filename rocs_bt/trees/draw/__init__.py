@@ -1,7 +1,6 @@
 """Drawings of trees as text and SVG, with the ports of each node and the origin of each blackboard key."""
 
-from .label import port_keys, ports_text
-from .picture import Card, Key, Line, Picture, picture_of
+from .picture import Card, Key, Line, Picture, picture_of, port_keys, ports_text
 from .svg import svg
 from .text import text
 

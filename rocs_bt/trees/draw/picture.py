@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,13 +12,12 @@ from py_trees.behaviour import Behaviour
 from ...base.errors import Fault
 from ..board import Board
 from ..examine import Flow, Use, flow_of
-from ..nodes import Direction, Node, SubTree, Tree, pointed
+from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
 from ..value import type_name
 from ..xml.element import Element
 from ..xml.stub import LenientStub, LenientStubWithChildren
 from ..xml.write import value_text
-from .label import given_ports
 
 
 @dataclass(frozen=True)
@@ -201,3 +201,40 @@ def _keys(flow: Flow, title: str) -> Iterator[Key]:
 
 def _names(uses: Iterator[Use]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(use.node.name for use in uses))
+
+
+_LONGEST = 60  # characters of a value; longer ones are cut
+
+
+def given_ports(node: Node) -> Iterator[tuple[str, str]]:
+    """Names and values of the ports that the file or the mission gives."""
+    yield from (node.written() or ("", {}))[1].items()
+    for name, given in node.given.items():
+        if given is not None and given is not REQUIRED:
+            port = node.ports.get(name)
+            yield name, value_text(given, None if port is None else port.dimension)
+
+
+def port_keys(node: Behaviour) -> Iterator[tuple[str, str, Board]]:
+    """Ports that refer to a blackboard: name, key, and the blackboard on which the key is looked up."""
+    if not isinstance(node, Node):
+        return
+    for name, given in ({name: port.default for name, port in node.ports.items()} | {**node.given}).items():
+        key = str(given) if isinstance(given, ExactKey) else pointed(given, name)
+        if key is not None:
+            yield name, key, node.board
+
+
+def ports_text(node: Behaviour) -> str:
+    """Given ports as text to follow the node's name, such as `(goal="kitchen", cruise="0.4 m/s")`.
+
+    Ports with a value that is part of the name are omitted. Empty if there is no port to show.
+    """
+    if not isinstance(node, Node):
+        return ""
+    shown = []
+    for name, value in given_ports(node):
+        if not re.search(rf"(?<!\w){re.escape(value)}(?!\w)", node.name):
+            text = " ".join(value.split())
+            shown.append(f'{name}="{text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"}"')
+    return f"({', '.join(shown)})" if shown else ""

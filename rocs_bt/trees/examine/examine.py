@@ -10,7 +10,8 @@ from py_trees.behaviour import Behaviour
 
 from ...base.errors import Fault, InputError
 from ..board import Board
-from ..nodes import BUILTIN, Node, SubTree, Tree
+from ..nodes import BUILTIN, Direction, Instant, Node, Port, SubTree, Tree
+from ..nodes.guard import PRE
 from ..nodes.tree import fault_at
 from ..script import (
     Assignment,
@@ -24,9 +25,7 @@ from ..script import (
     walk,
 )
 from ..value import from_string
-from .flow import flow_faults, flow_of, scripts_of
-from .restarts import restart_faults
-from .values import value_faults
+from .flow import Flow, flow_faults, flow_of, scripts_of
 
 
 def node_faults(tree: Tree) -> Iterator[Fault]:
@@ -48,7 +47,7 @@ def _bound_faults(node: Node) -> Iterator[tuple[str, Fault]]:
         yield from (("", fault) for fault in error.faults)
 
 
-CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_while", "if")
+CONDITIONS = (*PRE, "if")
 
 
 def constant(script: Script) -> bool | None:
@@ -220,3 +219,92 @@ def _all(tree: Tree) -> Iterator[Fault]:
     yield from script_faults(tree)
     yield from unreachable(tree)
     yield from restart_faults(tree)
+
+
+def initial_value(node: Node, port: Port[Any], flow: Flow) -> Any:
+    """Value that a port reads in the first tick; None if there is none, or if a node may change it before."""
+    key = node.key(port.name)
+    if key is None:
+        return node.given.get(port.name)
+    if any(use.changes for use in flow.of(node.board, key)):
+        return None
+    entry = node.board.entry(key)
+    return None if entry is None else entry.value
+
+
+def value_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
+    """Errors of values that no node changes and that a port cannot take, if possible at the SubTree that gives them.
+
+    A literal of the node itself is an error before, when the node is made.
+    """
+    givers = {tree.boards[node.decorated]: node for node in tree.nodes if isinstance(node, SubTree)}
+    reported = set[tuple[Board, str]]()
+    for node, port in _inputs(tree):
+        key = node.key(port.name)
+        # An empty text is no value: checks give it to parameters that they do not know.
+        if (
+            key is None
+            or initial_value(node, port, flow) in (None, "")
+            or (place := node.board.resolve(key)) in reported
+        ):
+            continue
+        try:
+            node.read(port.name)
+        except InputError as error:
+            reported.add(place)
+            giver, name = givers.get(place[0]), place[1]
+            at, attribute = (giver, name) if giver and name in giver.remaps else (node, port.name)
+            for f in error.faults:
+                yield fault_at(at, f.message, f.hint, attribute=attribute, warning=False)
+
+
+def _inputs(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
+    for node in tree.nodes:
+        if isinstance(node, Node) and not isinstance(node, SubTree):
+            yield from ((node, port) for port in node.ports.values() if port.direction is Direction.INPUT)
+
+
+_INSTANT_SUCCESS = ("AlwaysSuccess", "Script")
+_DECORATORS = ("Inverter", "ForceSuccess", "ForceFailure", "Repeat", "RetryUntilSuccessful", "Timeout", "SubTree")
+_TICK_FIRST = (*_DECORATORS, "Fallback", "ReactiveFallback", "AsyncFallback")
+_RESTARTED = ("Sequence", "ReactiveSequence", "AsyncSequence")
+
+
+def restart_faults(tree: Tree) -> Iterator[Fault]:
+    """Warnings about ReactiveSequence and ReactiveFallback with a child, not the last one, that begins as RUNNING.
+
+    A reactive node ticks its children from the first one in each tick. When such a child has ended and a later child is
+    RUNNING, the next tick starts the first one again, which halts the later one: it is restarted for ever.
+    """
+    for node in tree.nodes:
+        if not isinstance(node, Node) or node.tag not in ("ReactiveSequence", "ReactiveFallback"):
+            continue
+        for index, child in enumerate(node.children[:-1]):
+            later = next((other for other in node.children[index + 1 :] if _may_run(other)), None)
+            if later is not None and _begins_running(child):
+                hint = "Use a Sequence; or put before the last child only conditions and nodes that end at once."
+                message = f"is RUNNING at the start of each run, and so restarts '{later.name}' for ever."
+                yield fault_at(child, f"{message[:-1]}: '{node.name}' ticks both again in each tick.", hint)
+                break
+
+
+def _begins_running(node: Behaviour) -> bool:
+    """Whether the first tick of each run of a node returns RUNNING, as far as the classes of its nodes tell."""
+    while isinstance(node, Node) and not any(name in node.conditions for name in PRE):
+        if node.begins_running():
+            return True
+        if node.tag in _RESTARTED:
+            following = (c for c in node.children if getattr(c, "tag", "") not in _INSTANT_SUCCESS)
+            first = next(following, None)
+        else:
+            first = node.children[0] if node.tag in _TICK_FIRST else None
+        if first is None:
+            return False
+        node = first
+    return False
+
+
+def _may_run(node: Behaviour) -> bool:
+    """Whether a node may be RUNNING after a tick: it contains a leaf that is not known to end at once."""
+    leaves = (each for each in node.iterate() if not each.children)
+    return any(not isinstance(leaf, Instant) and getattr(leaf, "kind", "") != "Condition" for leaf in leaves)
