@@ -25,7 +25,6 @@ class Walls(Protocol):
 
     def gap(self, x: Array, y: Array) -> Array:
         """Distances of points from the nearest obstacle, of the shape of the arguments, world frame [m]."""
-        ...
 
 
 def follow(walls: Walls, start: Array, positions: Array, radius: Array) -> None:

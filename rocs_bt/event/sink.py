@@ -69,7 +69,6 @@ class EventSink(Protocol):
 
     def emit(self, event: Event) -> None:
         """Receive one event. This must be fast, must not block, and must not raise."""
-        ...
 
 
 class NullSink:

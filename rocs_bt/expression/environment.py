@@ -18,15 +18,12 @@ class SignalLayout(Protocol):
     @property
     def names(self) -> Collection[str]:
         """Names of all signals."""
-        ...
 
     def spec(self, name: str) -> Signal:
         """Declaration of a signal."""
-        ...
 
     def slice_of(self, name: str) -> slice:
         """Slice of the snapshot that contains a signal."""
-        ...
 
 
 class Forms(Protocol):
@@ -42,7 +39,6 @@ class Forms(Protocol):
         Raises:
             Misuse: The subexpression has no meaning in this environment.
         """
-        ...
 
 
 @dataclass(frozen=True)

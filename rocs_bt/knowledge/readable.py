@@ -221,7 +221,6 @@ class Past(Protocol):
         Raises:
             KnowledgeError: No state is kept for that time.
         """
-        ...
 
 
 class NoPast:

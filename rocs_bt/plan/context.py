@@ -50,11 +50,9 @@ class Content(Protocol):
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
         """Load the available node classes with these names; all classes if `names` is None."""
-        ...
 
     def defined_nodes(self, names: Collection[str]) -> Collection[str]:
         """Those of these names of node classes that are available; no class is loaded."""
-        ...
 
     def load_route(self, name: str) -> type[RoutePlanner]:
         """Load a route planner class by its name.
@@ -62,19 +60,15 @@ class Content(Protocol):
         Raises:
             InputError: No route planner has this name.
         """
-        ...
 
     def python_tree(self, name: str) -> Callable[..., Any] | None:
         """Load the `build` function of a Python mission that a SubTree names; None if there is no such mission."""
-        ...
 
     def tree_files(self) -> Mapping[str, Path]:
         """Files of the missions in XML by name."""
-        ...
 
     def root_of(self, file: Path) -> Path:
         """Folder in which the files that a document includes must lie."""
-        ...
 
 
 class NoContent:

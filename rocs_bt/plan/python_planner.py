@@ -94,7 +94,6 @@ class PythonPlanner(Protocol):
             task: Task of the episode.
             rng: Random generator, seeded by the scenario and the seed of the run.
         """
-        ...
 
     def act(self, observation: Observation) -> Sequence[float] | Twist2 | Twist3 | None:
         """Decide on the motion. It is called once per period of the plan, and must not block.
@@ -107,7 +106,6 @@ class PythonPlanner(Protocol):
             their linear speeds [m/s]). It is held until the next call. None if the planner considers the task done; it
             is then not called again.
         """
-        ...
 
 
 class PythonPlan(Plan):

@@ -52,7 +52,6 @@ class RosTypes(Protocol):
         Raises:
             InputError: The package has no such type; the hint lists similar ones.
         """
-        ...
 
 
 class RosMessage(Protocol):
@@ -64,7 +63,6 @@ class RosMessage(Protocol):
         Raises:
             LookupError: The message has no such field, or an array is too short.
         """
-        ...
 
 
 class RosPublisher(Protocol):
@@ -72,11 +70,9 @@ class RosPublisher(Protocol):
 
     def matched(self) -> int:
         """Number of matched subscriptions."""
-        ...
 
     def mismatch(self) -> str:
         """Reason why no subscription of the topic matches, as in the last look; empty if one does, or there is none."""
-        ...
 
     def publish(self, values: Mapping[str, Any]) -> None:
         """Publish a message; omitted fields are 0, false or empty.
@@ -84,11 +80,9 @@ class RosPublisher(Protocol):
         Raises:
             DeviceError: The message cannot be sent.
         """
-        ...
 
     def close(self) -> None:
         """Close the publisher."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -117,15 +111,12 @@ class RosSubscription(Protocol):
 
     def newest(self) -> Received | None:
         """Newest message so far; None before the first."""
-        ...
 
     def mismatch(self) -> str:
         """Reason why no publisher of the topic matches; see `RosPublisher.mismatch`."""
-        ...
 
     def close(self) -> None:
         """Close the subscription."""
-        ...
 
 
 class RosCall(Protocol):
@@ -142,7 +133,6 @@ class RosCall(Protocol):
     def error(self) -> str: ...
     def forget(self) -> None:
         """Drop the call; its response is ignored."""
-        ...
 
 
 class RosServiceClient(Protocol):
@@ -150,19 +140,15 @@ class RosServiceClient(Protocol):
 
     def ready(self) -> bool:
         """Whether a server is there that matches."""
-        ...
 
     def mismatch(self) -> str:
         """Reason why a server of that name does not match, such as another type; empty if there is none."""
-        ...
 
     def call(self, request: Mapping[str, Any]) -> RosCall:
         """Send a request."""
-        ...
 
     def close(self) -> None:
         """Close the client."""
-        ...
 
 
 class GoalState(Enum):
@@ -206,7 +192,6 @@ class RosGoal(Protocol):
     def error(self) -> str: ...
     def cancel(self) -> None:
         """Ask the server to cancel the goal, at once or after its acceptance. Never waits."""
-        ...
 
 
 class RosActionClient(Protocol):
@@ -214,23 +199,18 @@ class RosActionClient(Protocol):
 
     def ready(self) -> bool:
         """Whether a server is there that matches."""
-        ...
 
     def mismatch(self) -> str:
         """Reason why a server of that name does not match, such as another type; empty if there is none."""
-        ...
 
     def servers(self) -> Mapping[str, str]:
         """Servers: the name of their node, empty if unknown, by an identity that a restarted server does not keep."""
-        ...
 
     def send(self, goal: Mapping[str, Any]) -> RosGoal:
         """Send a goal."""
-        ...
 
     def close(self) -> None:
         """Close the client."""
-        ...
 
 
 class AcceptedGoal(Protocol):
@@ -247,11 +227,9 @@ class AcceptedGoal(Protocol):
     def cancel_requested(self) -> bool: ...
     def feedback(self, values: Mapping[str, Any]) -> None:
         """Publish feedback."""
-        ...
 
     def end(self, state: GoalState, result: Mapping[str, Any]) -> None:
         """End the goal as SUCCEEDED, ABORTED or CANCELED, with its result."""
-        ...
 
 
 class RosActionServer(Protocol):
@@ -259,15 +237,12 @@ class RosActionServer(Protocol):
 
     def open(self, accepting: bool) -> None:
         """Start or stop accepting a goal."""
-        ...
 
     def goal(self) -> AcceptedGoal | None:
         """Goal that is served; None while there is none."""
-        ...
 
     def close(self) -> None:
         """Close the server."""
-        ...
 
 
 class RosTrigger(Protocol):
@@ -275,11 +250,9 @@ class RosTrigger(Protocol):
 
     def taken(self) -> bool:
         """Whether there was a request since the last look."""
-        ...
 
     def close(self) -> None:
         """Close the server."""
-        ...
 
 
 class RosLink(Protocol):
@@ -305,27 +278,21 @@ class RosLink(Protocol):
         Raises:
             InputError: The type is unknown, or the name is not valid.
         """
-        ...
 
     def subscription(self, topic: str, type: str, qos: str) -> RosSubscription:
         """Open a subscription; see `publisher`."""
-        ...
 
     def service(self, name: str, type: str) -> RosServiceClient:
         """Open a client of a service; see `publisher`."""
-        ...
 
     def action(self, name: str, type: str) -> RosActionClient:
         """Open a client of an action; see `publisher`."""
-        ...
 
     def action_server(self, name: str, type: str) -> RosActionServer:
         """Open a server of an action; see `publisher`."""
-        ...
 
     def trigger(self, name: str) -> RosTrigger:
         """Open a server of a service of type std_srvs/srv/Trigger; see `publisher`."""
-        ...
 
 
 NO_LINK = (

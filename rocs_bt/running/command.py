@@ -35,4 +35,3 @@ class Control(Protocol):
 
     def take(self) -> Sequence[RunCommand]:
         """Commands since the last call, in order. Called between control periods; must not wait."""
-        ...

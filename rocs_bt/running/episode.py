@@ -26,19 +26,15 @@ class EpisodeAgent(AgentState, Protocol):
     @property
     def name(self) -> str:
         """Name of the agent and of its robot in the world."""
-        ...
 
     def step(self, count: int) -> None:
         """Run one control period in lockstep; `count` is the number of periods before it."""
-        ...
 
     def brake(self) -> None:
         """Send all actuators to neutral permanently."""
-        ...
 
     def stop(self, by: str = ...) -> None:
         """Send all actuators to neutral permanently and cancel all actions."""
-        ...
 
 
 class Stage(Protocol):
@@ -47,36 +43,29 @@ class Stage(Protocol):
     @property
     def clock(self) -> Clock:
         """Clock of the run."""
-        ...
 
     @property
     def judges(self) -> Mapping[str, Judge]:
         """Judges of the outcomes, by agent."""
-        ...
 
     @property
     def time_stops(self) -> bool:
         """Whether the time of the run stops between two periods, as in lockstep."""
-        ...
 
     @property
     def trajectory_hash(self) -> str | None:
         """Hash of the ground truth at all control periods; None without ground truth."""
-        ...
 
     @property
     def agents(self) -> Sequence[Agent]:
         """Agents of the scenario."""
-        ...
 
     @property
     def start(self) -> float:
         """Time of the first control period [s]; valid after `ready`."""
-        ...
 
     def ready(self, ended: Callable[[], str]) -> bool:
         """Wait until the run may start; False if a signal ended it before."""
-        ...
 
     def playing(self, ended: Callable[[], str]) -> AbstractContextManager[Iterator[float]]:
         """Context in which the run goes on; it gives the time of each control period [s].
@@ -84,27 +73,21 @@ class Stage(Protocol):
         Args:
             ended: Returns the reason of a signal that ends the run, or an empty text; no period is late for it.
         """
-        ...
 
     def observe(self, t: float) -> None:
         """Begin a control period: emit where the bodies are, check the devices, and judge the agents."""
-        ...
 
     def advance(self, t: float) -> None:
         """End a control period: what does not go on by itself does so until the next period."""
-        ...
 
     def rest(self) -> None:
         """After the last period, however it ended: all robots stay in neutral."""
-        ...
 
     def pause(self, by: str) -> None:
         """Begin a pause that this person or program asked for."""
-        ...
 
     def resume(self, by: str) -> None:
         """End a pause, on a stage where a command ends it."""
-        ...
 
 
 @dataclass(frozen=True)

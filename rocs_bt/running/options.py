@@ -26,7 +26,6 @@ class LiveView(EventSink, Control, Protocol):
 
     def begin(self, header: RunHeader) -> None:
         """Show the start of a run."""
-        ...
 
 
 class RunOptions(Value):

@@ -17,7 +17,6 @@ class BatchSink(EventSink, Protocol):
 
     def take(self, events: Sequence[Event]) -> None:
         """Process at least one event, in order of emission."""
-        ...
 
 
 class EventBatch:

@@ -20,15 +20,12 @@ class Link(Protocol):
 
     def send(self, frame: bytes, to: str | None = None) -> None:
         """Send a frame to one peer, or to all others; must not block, and must not raise if no peer is reached."""
-        ...
 
     def poll(self) -> None:
         """Deliver the frames that have arrived; does nothing if a thread of the network delivers them."""
-        ...
 
     def close(self) -> None:
         """Leave the network."""
-        ...
 
 
 class Network(Protocol):
@@ -42,7 +39,6 @@ class Network(Protocol):
             deliver: Called with each frame for the joining peer, on any thread.
             lost: Called with the name of a peer that is no longer reachable, on any thread, if the network detects it.
         """
-        ...
 
 
 class LocalNetwork:

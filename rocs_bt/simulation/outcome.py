@@ -85,41 +85,33 @@ class AgentState(Protocol):
     @property
     def status(self) -> str:
         """Status of the mission: RUNNING, SUCCESS or FAILURE."""
-        ...
 
     @property
     def reason(self) -> str:
         """Reason of the mission's failure; empty if it has not failed."""
-        ...
 
     @property
     def failure(self) -> BlockError | None:
         """First block failure; None if no block failed."""
-        ...
 
     @property
     def running(self) -> str:
         """What the mission is doing and for how long; empty if unknown."""
-        ...
 
     @property
     def reflex(self) -> str:
         """Rule of the active reflex; empty if no reflex is active."""
-        ...
 
     @property
     def held(self) -> bool:
         """Whether an action of the plan waits for the end of the active reflex."""
-        ...
 
     @property
     def waiting(self) -> bool:
         """Whether the active reflex waits for something outside of the robot, such as a person."""
-        ...
 
     def reading(self, rule: str) -> str:
         """Guard values of a rule's last firing."""
-        ...
 
 
 class Judge:

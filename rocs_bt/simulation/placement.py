@@ -24,17 +24,14 @@ class Start(Protocol):
     @property
     def name(self) -> str:
         """Name of the robot in the world."""
-        ...
 
     @property
     def pose(self) -> Pose2:
         """Nominal start pose, world frame."""
-        ...
 
     @property
     def jitter(self) -> Pose2:
         """Half-widths of the uniform distribution of the start pose: x, y [m], yaw [rad]."""
-        ...
 
 
 def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: int) -> dict[str, Pose2]:

@@ -98,11 +98,9 @@ class _Source(Protocol):
 
     def newest(self) -> Reading | None:
         """Reading of the newest message; None if none has arrived since the last call. Raises DeviceError."""
-        ...
 
     def close(self) -> None:
         """Close the subscriptions."""
-        ...
 
 
 class _Stamps:

@@ -44,15 +44,12 @@ class Reader(Protocol):
 
     def take(self) -> Sample | None:
         """Take the newest message since the last call, and drop older ones; None if there is none. Never waits."""
-        ...
 
     def take_all(self) -> list[Sample]:
         """Take all messages that are kept, oldest first. Never waits."""
-        ...
 
     def close(self) -> None:
         """Close the subscription."""
-        ...
 
 
 class Writer(Protocol):
@@ -68,15 +65,12 @@ class Writer(Protocol):
         Raises:
             DeviceError: The message cannot be sent.
         """
-        ...
 
     def matched(self) -> int:
         """Number of subscriptions that match."""
-        ...
 
     def close(self) -> None:
         """Close the publisher."""
-        ...
 
 
 class Transport(Protocol):
@@ -92,20 +86,15 @@ class Transport(Protocol):
             InputError: The type is unknown, or the name is not valid.
             DeviceError: The network refuses it.
         """
-        ...
 
     def writer(self, topic: str, type: str, qos: QoS) -> Writer:
         """Open a publisher; see `reader`."""
-        ...
 
     def endpoints(self) -> list[Endpoint]:
         """Endpoints of all nodes that have been discovered so far, also own ones."""
-        ...
 
     def now(self) -> float:
         """Present time on the clock of the samples' stamps [s since 1970]."""
-        ...
 
     def close(self) -> None:
         """Close all endpoints and leave the network."""
-        ...

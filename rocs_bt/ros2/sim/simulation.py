@@ -29,7 +29,6 @@ class Screen(Protocol):
 
     def show(self) -> bool:
         """Show the present state; False if the display was closed."""
-        ...
 
 
 @dataclass(frozen=True)
