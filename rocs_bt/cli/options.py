@@ -59,7 +59,8 @@ def declared_options(cls: type[Declared], stage: str = "") -> Callable[[F], F]:
 
 def _option(each: Field, option: Option) -> Callable[[Any], Any]:
     default, bounds = None if each.required else each.default, each.mark(Bounds) or FINITE
-    words: dict[str, Any] = {"help": option.help, "default": default, "metavar": option.metavar}
+    words: dict[str, Any] = {"help": option.help, "metavar": option.metavar}
+    words |= {"required": True} if each.required else {"default": default}
     if each.hint is bool:
         words["is_flag"] = True
     elif each.options:
@@ -74,4 +75,4 @@ def _option(each: Field, option: Option) -> Callable[[Any], Any]:
         words |= {"type": QuantityType(each.mark(Dimension) or NONE, bounds), "show_default": default is not None}
     elif each.many:
         words |= {"type": None if each.hint is str else each.hint.read, "multiple": True}
-    return click.option(*option.flags, each.name, **words, required=each.required)
+    return click.option(*option.flags, each.name, **words)

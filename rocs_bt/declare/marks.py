@@ -93,7 +93,7 @@ class Option:
         help: Meaning of the option.
         flags: Names on the command line, such as `--for`; empty if only programs give the option.
         metavar: Name of the value on the command line.
-        path: Which paths a path may be; empty for both.
+        path: Kind of valid paths; empty for both.
         stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
         late: Whether a run takes the option after its preparation. All others affect what happens in the run, and are
             part of the command line that repeats it.

@@ -56,6 +56,7 @@ FUNCTIONS = {
 }
 # Inside the house, or a value that a query need not use.
 FORWARDING = {
+    "command",
     "ask",
     "holds",
     "query",
