@@ -110,7 +110,7 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "test_mission_files.py:162: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
+        assert "test_mission_files.py:108: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
             fault
         )
 
