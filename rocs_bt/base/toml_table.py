@@ -173,14 +173,6 @@ class Table:
             return []
         return list(values)
 
-    def integers(self, key: str, default: Any = _MISSING) -> list[int]:
-        """Read a list of integers."""
-        values = self._typed(key, list, "a list of whole numbers", default, [])
-        if any(not isinstance(v, int) or isinstance(v, bool) for v in values):
-            self.fault(key, f"{key} must be a list of whole numbers, found {values!r}.")
-            return []
-        return list(values)
-
     def quantity(
         self,
         key: str,
@@ -203,18 +195,6 @@ class Table:
         if key not in self.data:
             return (low or 0.0) if value is None else value
         return self._quantity(key, value, dimension, low, high)
-
-    def quantities(
-        self, key: str, dimension: Dimension, count: int | None = None, default: Any = _MISSING
-    ) -> list[float]:
-        """Read a list of numbers with units, in SI units; infinite values are allowed."""
-        values = self._typed(key, list, f"a list of quantities{_in_unit(dimension)}", default, [])
-        if key not in self.data:
-            return list(values)
-        if count is not None and len(values) != count:
-            self.fault(key, f"{key} must have {count} values, found {len(values)}.")
-            return [0.0] * count
-        return [self._quantity(key, v, dimension, None, math.inf) for v in values]
 
     def table(self, key: str, optional: bool = True) -> Table:
         """Read a sub-table; an empty one if it is missing."""

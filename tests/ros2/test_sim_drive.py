@@ -11,7 +11,7 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.ros2.network.sim_clock import SimTimeClock
-from rocs_bt.running.hardware_devices import hardware_clock
+from rocs_bt.running.hardware_stage import hardware_clock
 
 PATIENCE = 120.0  # [s]
 PAUSE = 1.5  # [s] far longer than a sensor may be silent

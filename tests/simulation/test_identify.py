@@ -15,7 +15,7 @@ from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import Findings, check_content
 from rocs_bt.cli.main import call
-from rocs_bt.declare import replaced, values_of
+from rocs_bt.declare import given_of, replaced, values_of
 from rocs_bt.simulation.identified_file import identified_path, model_hash, read_identified
 from rocs_bt.simulation.identify import Identified, identify
 
@@ -91,7 +91,7 @@ def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> No
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_what_robot_toml_says_is_what_was_measured(robot: str) -> None:
     spec, file = CATALOG.load_robot(robot), measured(robot)
-    numbers, vx = values_of(spec.motion), file.axes["vx"]
+    numbers, vx = given_of(spec.motion), file.axes["vx"]
     assert file.model == model_hash(spec)
     assert vx.max_speed == pytest.approx(spec.locomotion.speed_limit, rel=0.01)
     response = spec.locomotion.response
