@@ -21,7 +21,7 @@ from rocs_bt.reactive.analysis import analyse_rules
 ENVIRONMENT = Environment.packed(
     [Signal("range", 64, (LENGTH,), bounds=(0.02, 30.0)), Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5))]
 )
-BUDGET = 5.0  # [s] for 1000 rules
+BUDGET = 6.0  # [s] for 1000 rules
 FEW, MANY = size((100, 1000), (5, 10))
 
 

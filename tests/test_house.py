@@ -19,7 +19,7 @@ import rocs_bt
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted(p for p in (ROOT / "rocs_bt").rglob("*.py") if "_content" not in p.parts)
 CONTENT = sorted(p for name in ("planners", "robots", "scenarios") for p in (ROOT / name).rglob("*.py"))
-HEAVY = ("casadi", "matplotlib", "mujoco", "networkx", "numpy", "py_trees", "scipy")
+HEAVY = ("casadi", "matplotlib", "mujoco", "networkx", "numpy", "py_trees", "scipy", "z3")
 
 PUBLIC = [
     "Action",

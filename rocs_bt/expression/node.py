@@ -79,6 +79,16 @@ class Node:
     span: float = field(default=math.inf, compare=False)
     column: int = field(default=0, compare=False)
 
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.op, self.args, self.value, self.start, self.signs))
+
+    def __hash__(self) -> int:
+        return self._hash  # kept, because trees are keys of many tables, and a hash visits the whole tree
+
+    def __getstate__(self) -> dict[str, object]:
+        return {key: value for key, value in self.__dict__.items() if key != "_hash"}  # it differs between processes
+
     def walk(self) -> Iterator[Node]:
         """This node and all its descendants, depth first, left to right."""
         yield self

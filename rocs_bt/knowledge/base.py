@@ -14,6 +14,7 @@ from ..event import Event, EventSink
 from .graph import KnowledgeGraph
 from .history import ChangeLog, State
 from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
+from .readable import Past
 from .schema import Schema
 from .signals import SignalTable
 
@@ -62,7 +63,7 @@ class KnowledgeBase(ABC):
         sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Measured values, which change in every control period.
-        past: Log of the graph's changes, for `as of` queries.
+        past: Earlier states of the graph, for `as of` queries.
 
     Raises:
         KnowledgeError: The agent has no name.
@@ -74,8 +75,9 @@ class KnowledgeBase(ABC):
         self.agent = agent
         self.clock = clock
         self.sink = sink
-        self.past = ChangeLog(State(agent, schema), keep=_CHANGES)
-        self.graph = KnowledgeGraph(clock, _Logged(sink, self.past), agent, schema)
+        log = ChangeLog(State(agent, schema), keep=_CHANGES)
+        self.past: Past = log
+        self.graph = KnowledgeGraph(clock, _Logged(sink, log), agent, schema)
         self.signals: SignalTable = _Signals(self.graph)
         self.graph.add(agent, "robot")
         self._queries: dict[Any, Query] = {}

@@ -9,7 +9,7 @@ ACTION = '[rule.A.action]\nname = "Stop"\n'
 FILES = {
     "fine": 'when = "speed > 0.4 m/s"\nuntil = "speed < 0.3 m/s"\n',
     "doubtful": 'when = "min(front) < 0.4 m"\nuntil = "min(front) > 0.3 m"\n',
-    "undecided": 'when = "speed * turn_rate > 999999 m*rad/s2 and speed < 999 m/s and speed > 0 m/s"\n',
+    "undecided": 'when = "once(speed > 1 m/s, 2 s) and speed < 0.5 m/s"\n',
     "wrong": 'when = "min(frnt) < 0.4 m"\n',
 }
 

@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...base.geometry import Pose2
-from ..history import ChangeLog
-from ..readable import Readable
+from ..readable import NoPast, Past, Readable
 
 
 def _no_signal(name: str) -> Sequence[float]:
@@ -23,14 +22,14 @@ class QueryContext(NamedTuple):
         pose: Pose of the robot, world frame; None if unknown.
         t: Query time [s].
         signal: Returns the newest values of a signal by name.
-        past: Log of earlier changes for `as of`; None without one.
+        past: Source of earlier states for `as of`.
     """
 
     name: str = ""
     pose: Pose2 | None = None
     t: float = 0.0
     signal: Callable[[str], Sequence[float]] = _no_signal
-    past: ChangeLog | None = None
+    past: Past = NoPast()
 
 
 class Execution:

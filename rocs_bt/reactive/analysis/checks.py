@@ -16,8 +16,8 @@ from ...expression.node import TEMPORAL_OPS
 from ...interfaces.action import Action, parameters_of
 from ..rule import OnInvalid, Rule
 from .case import Case, nodes_with_columns, short
+from .prover import conjunction, negation
 from .sample import Array
-from .translate import conjunction, negation
 
 _SLACK = 1e-9  # [s]
 

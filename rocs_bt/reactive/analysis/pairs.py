@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ...expression import Node
 from ..rule import OnInvalid, Rule, tie, ties
 from .case import Case, short
+from .prover import conjunction, negation
 from .sample import Samples
-from .translate import conjunction, negation
 from .validity import decided, monotone, needed
 
 TRIED = 6  # maximum number of rules of higher priority that are tested for shadowing one rule

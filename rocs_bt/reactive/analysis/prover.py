@@ -1,28 +1,28 @@
 """Prover that decides whether an expression can be true for any values of the signals.
 
 The answer is an example that the interpreter confirms, a proof that no example exists, or the reason why neither was
-found.
+found. Sampled snapshots answer most questions; z3 answers the others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...expression import Environment, Node, compile_node, evaluate
-from .formula import Effort, Undecided
-from .interval import Range
-from .sample import Array, Samples, sample_rows
-from .simplex import Span
-from .solve import Solution, Solver
-from .translate import Translator, unknown_texts
+from ...expression import TRUTH, Environment, Node, compile_node, evaluate
+from .sample import Array, Range, Samples, sample_rows
+
+if TYPE_CHECKING:
+    from .symbolic import Translator
 
 SAMPLED = 400  # number of sampled snapshots that are tried before a proof
-STEPS = 100_000  # solver steps for one question, see Effort
-ALL_STEPS = 400_000  # solver steps for all questions about one rule set, ...
-STEPS_EACH = 1000  # ... and in addition for each of its expressions
+STEPS = 10_000_000  # steps of z3 for one question, about 1 s
+ALL_STEPS = 40_000_000  # steps of z3 for all questions about one rule set, ...
+STEPS_EACH = 200_000  # ... and in addition for each of its expressions
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,8 @@ class Prover:
     def __init__(self, environment: Environment, nodes: Sequence[Node]) -> None:
         self.bounds = _bounds(environment)
         self.samples = Samples(sample_rows(nodes, self.bounds, SAMPLED))
-        self._effort = Effort(STEPS, ALL_STEPS + STEPS_EACH * len(nodes))
-        self._translator = Translator(len(self.bounds), self._range, self._effort)
-        self._defaults = np.array([_default(bounds) for bounds in self.bounds])
+        self._groups = sorted((environment.offsets[name], s.size) for name, s in environment.signals.items())
+        self._left = self._all = ALL_STEPS + STEPS_EACH * len(nodes)
         self._answers: dict[Node, Answer] = {}
 
     def decide(self, node: Node) -> Answer:
@@ -66,11 +65,10 @@ class Prover:
         Raises:
             LookupError: No example is known; see `decide`.
         """
-        proved = self._proved(node).example
-        found = proved if proved is not None else self.decide(node).example
+        found = self.decide(node).example
         if found is None:
             raise LookupError(f"no example of '{node.text}' is known")
-        return found
+        return self._plain(node, found)
 
     def confirmed(self, node: Node, x: Array) -> bool:
         """Whether the interpreter evaluates an expression as true on a snapshot.
@@ -80,63 +78,112 @@ class Prover:
         row = x.tolist()
         if not node.temporal:
             return evaluate(node, row) is True
-        expression = compile_node(node)
-        expression(row, 0.0)
-        return expression(row, 1.0 + 2.0 * sum(n.value for n in node.walk() if n.temporal)) is True
+        expression, windows = compile_node(node), [n.value for n in node.walk() if n.temporal]
+        for k in range(len(windows)):  # once for each, because a window of a window fills later
+            expression(row, k * (1.0 + 2.0 * sum(windows)))
+        return expression(row, len(windows) * (1.0 + 2.0 * sum(windows))) is True
 
-    def _range(self, index: int) -> Range:
-        return self.bounds[index]
+    @cached_property
+    def _symbols(self) -> Translator:
+        from .symbolic import Translator  # imports z3, which takes 40 ms
+
+        return Translator(self.bounds)
 
     def _sampled(self, node: Node) -> Answer | None:
-        (found,) = np.nonzero(self.samples.truth(node))
-        for i in found[:3]:
-            if self.confirmed(node, self.samples.rows[i]):
-                return Answer(self.samples.rows[i])
-        return None
+        found = self._first(node, self.samples)
+        return None if found is None else Answer(found)
+
+    def _first(self, node: Node, samples: Samples) -> Array | None:
+        """The first snapshot on which an expression is true, if the interpreter confirms one of the first three."""
+        (found,) = np.nonzero(samples.truth(node))
+        return next((samples.rows[i] for i in found[:3] if self.confirmed(node, samples.rows[i])), None)
 
     def _proved(self, node: Node) -> Answer:
-        self._effort.begin()
-        try:
-            solution = Solver(self._translator.range, self._effort).solve(self._translator.formula(node))
-        except Undecided as reason:
-            return Answer(unknown=self._reason(str(reason)))
-        if solution is None:
-            return Answer()
-        example = self._example(node, solution)
-        return Answer(example) if example is not None else Answer(unknown=self._reason(""))
+        unknown: tuple[str, ...] = ()
+        for steady in (True, False) if node.temporal else (False,):
+            steps = max(1, min(STEPS, self._left))  # 0 is no limit
+            solution = self._symbols.solve(node, self._free, steps, steady)
+            self._left -= solution.steps
+            if solution.x is not None:
+                if (found := self._first(node, Samples(self._around(solution.x)))) is not None:
+                    return Answer(found)
+            elif solution.never and not steady:
+                return Answer()
+            elif not solution.never:
+                return Answer(
+                    unknown=self._spent(steps) if solution.steps > steps else "it is not linear in the signals"
+                )
+            unknown = solution.unknown
+        texts = ", ".join(repr(text) for text in unknown[:3])
+        return Answer(
+            unknown=f"only the range of {texts} is known" if texts else "the numbers are too close to each other"
+        )
 
-    def _example(self, node: Node, solution: Solution) -> Array | None:
-        """Complete a solution to a snapshot on which the interpreter confirms the expression; None if none is found.
+    def _around(self, x: Array) -> Array:
+        """A solution, and snapshots near it: at the limit of a comparison, rounding decides."""
+        size = np.where(np.isfinite(x), np.maximum(1.0, np.abs(x)), 1.0)
+        steps = np.repeat([1e-6, 1e-3, 1e-2], 20)[:, None] * np.random.default_rng(0).uniform(-size, size, (60, len(x)))
+        return self._inside(np.array([x, *(np.round(x, digits) for digits in (6, 3, 2, 1)), *(x + steps)]))
 
-        Signals that the solution leaves free get default values, or those of the sampled snapshots in turn.
-        """
-        x = self._defaults.copy()
-        wanted = {var: value for var in solution.spans if var < len(x) and (value := solution.value(var)) is not None}
-        wanted.update({var: float(value) for var, value in solution.values.items() if var < len(x)})
-        for var, value in wanted.items():
-            x[var] = value
-        if self.confirmed(node, x):
-            return x
-        free = np.isin(np.arange(len(x)), sorted(node.reads() - wanted.keys()))
-        rows = np.where(free, self.samples.rows, x)
-        (found,) = np.nonzero(Samples(rows).truth(node))
-        return next((rows[i] for i in found[:3] if self.confirmed(node, rows[i])), None)
+    def _spent(self, steps: int) -> str:
+        if steps < STEPS:
+            return f"all questions about the rules together take more than {self._all} steps"
+        return f"it takes more than {STEPS} steps"
 
-    def _reason(self, why: str) -> str:
-        if why:
-            return why
-        if reasons := list(self._translator.reasons):
-            return "; ".join(reasons[:2])
-        texts = unknown_texts(self._translator.unknown)
-        if texts:
-            return f"only the range of {', '.join(repr(text) for text in texts[:3])} is known"
-        return "the numbers are too close to each other"
+    @cached_property
+    def _free(self) -> Array:
+        """Values of signals that an expression leaves free: 1, or a value inside the bounds."""
+        return self._inside(np.ones(len(self.bounds)))
+
+    def _inside(self, x: Array) -> Array:
+        low, high = np.array(self.bounds, float).reshape(-1, 2).T
+        inside: Array = np.clip(x, low, high)
+        return inside
+
+    def _plain(self, node: Node, x: Array) -> Array:
+        """Replace the values of an example by plainer ones, signal by signal, as long as the expression is true."""
+        read = node.reads()
+        x = np.where(np.isin(np.arange(len(x)), sorted(read)), x, self._free)
+        marks = sorted({float(n.value) for n in node.walk() if n.op == "number" and np.isfinite(n.value)}, key=abs)
+        near = [m + step for step in (1.0, -1.0, 0.1, -0.1, 0.01, -0.01, 0.0) for m in marks]
+        values = list(dict.fromkeys([1.0, 2.0, 0.5, 0.1, -1.0, *(round(v, 6) for v in near), 0.0]))
+        for start, size in self._groups:
+            indices = [i for i in range(start, start + size) if i in read]
+            if not indices:
+                continue
+            rows = [_with(x, indices, one) for one in values]
+            if len(indices) > 1:  # one value that is different, then all equal, then one after the other
+                rows = [rows[0], *(_with(rows[0], indices[:1], one) for one in values), *rows]
+            found = self._first(node, Samples(self._allowed(rows)))
+            if found is not None:
+                x = found
+                continue
+            for i in indices:
+                rows = [_with(x, [i], one) for one in [*values, *(round(x[i], digits) for digits in range(6))]]
+                found = self._first(node, Samples(self._allowed(rows)))
+                x = x if found is None else found
+        return x
+
+    def _allowed(self, rows: Sequence[Array]) -> Array:
+        found = np.array(rows)
+        allowed: Array = found[(self._inside(found) == found).all(axis=1)]
+        return allowed
 
 
-def _default(bounds: Range) -> float:
-    """Default of a signal that the solution leaves free: 0, or a value inside the bounds if 0 is not inside them."""
-    low, high = bounds
-    return float(Span.of(low, high).pick()) if low > 0.0 or high < 0.0 or low == 0.0 else 0.0
+def _with(x: Array, indices: Sequence[int], value: float) -> Array:
+    x = x.copy()
+    x[list(indices)] = value
+    return x
+
+
+def conjunction(nodes: Sequence[Node]) -> Node:
+    """Expression that is true if all given expressions are."""
+    return nodes[0] if len(nodes) == 1 else Node("and", TRUTH, tuple(nodes), text=" and ".join(n.text for n in nodes))
+
+
+def negation(node: Node) -> Node:
+    """Expression that is true if the given one is false."""
+    return node.args[0] if node.op == "not" else Node("not", TRUTH, (node,), text=f"not ({node.text})")
 
 
 def _bounds(environment: Environment) -> list[Range]:

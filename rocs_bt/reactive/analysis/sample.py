@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...expression import Node
-from .interval import Range
 
 Array: TypeAlias = NDArray[np.float64]
+Range: TypeAlias = tuple[float, float]
 
 
 class Samples:
