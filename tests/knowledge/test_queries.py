@@ -52,29 +52,21 @@ def yard() -> Knowledge:
 
 FOUND = [
     ("object where moves", ["box0", "box2"]),
-    ("object where not moves", ["box1", "box3"]),
-    ("object where known(distance)", ["felt"]),
     ("object where distance(pose, robot) < 1.5 m", ["box0", "box1"]),
     ("object where distance(object) < 150 cm", ["box0", "box1"]),
-    ("thing where thing.kind == 'person'", ["anna"]),
-    ("object order by distance(object) descending limit 2", ["box3", "anna"]),
-    ("object order by distance(object) limit 3", ["box0", "box1", "anna"]),
     ("person where role == \"nurse\"", ["anna"]),
     ("person where role != \"nurse\"", []),
     ("object where abs(bearing(object)) < 10 deg and distance(object) > 1 m", ["anna"]),
     ("object where bearing(object) == -90 deg", ["box0", "box1", "box2", "box3"]),
     ("object where distance < stop_distance", ["felt"]),
-    ("object where object == \"box1\" or object == \"box3\"", ["box1", "box3"]),
     ("place a where a.pose.x > 1.5 m", ["c", "d"]),
     ("place where distance(place, \"home\") < 7.5 m", ["d"]),
     ("goal, no robot pursues goal", ["away"]),
-    ("goal, no peer pursues goal", ["away", "home"]),
-    ("robot pursues goal", ["R2"]),
     ("robot pursues \"home\"", ["R2"]),
     ("robot pursues \"away\"", []),
     ("\"R2\" at place", ["a"]),
     ("thing where age(thing) == 0 s and thing.t == now limit 2", ["R2", "a"]),
-    ("object changed since 12", ["anna", "box3", "felt"]),
+    ("object changed since 13", ["anna", "felt"]),
     ("place where sqrt(tolerance * tolerance) > 0.35 m", ["d"]),
     ("object where (distance if known(distance) else 9 m) < 1 m", ["felt"]),
 ]  # fmt: skip  # a table
@@ -88,15 +80,9 @@ def test_what_a_query_finds(yard: Knowledge, text: str, names: list[str]) -> Non
 
 
 ROWS = [
-    ("place a connects place b", "ab ba bc cd"),
-    ("place a connects+ place b where a == 'c'", "cd"),
-    ("place a connects* place b where b == 'b'", "ab bb"),
-    ("place a connects place b connects place c where a != c", "abc bcd"),
-    ("place a connects place b, place b connects place a", "ab ba"),
     ("place a connects(road) place b where road.length > 1.5 m", "bc cd"),
     ("place a connects place b where connects.length * 2 > 5 m", "cd"),
     ("place a connects place b order by connects.length descending limit 1", "cd"),
-    ("place a, no place b connects a", ""),
     ("robot at place connects+ place last, no last connects place", "Raa Rac Rad"),
 ]
 
