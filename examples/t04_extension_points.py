@@ -202,10 +202,8 @@ class Senses(rocs_bt.Monitor):
 class Walls(rocs_bt.Analyze):
     """Detects near walls."""
 
-    def __init__(self, *args, near: Metres) -> None:
-        super().__init__(*args)
-        self.near = near
-        self.close = False
+    near: Metres
+    close = False
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[rocs_bt.Change]:
         """Report a Change when a wall becomes near."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
-from rocs_bt import Analyze, Change, InputError, Metres, Pose2, Radians
+from rocs_bt import Analyze, Change, Metres, Pose2
+from rocs_bt.base.units import PositiveMetres, PositiveRadians
 from rocs_bt.interfaces.channel import Signals, Stamped
 
 STATE = ("pose", "height", "tilt")
@@ -42,7 +42,7 @@ class ObserveDoors(Analyze):
     door with pose of the robot, time and confidence, made by this robot. It is written again when its confidence has
     changed noticeably.
 
-    Args:
+    Attributes:
         ranges: Signal with the ranges of the ring, anticlockwise from straight ahead, with equal angles between beams.
         radius: Distance of the range finders from the centre of the robot [m].
         height: Height of the range finders above the origin of the robot [m].
@@ -50,31 +50,17 @@ class ObserveDoors(Analyze):
         max_range: Maximum range [m].
         depth: Distance behind the door up to which an echo counts as the door [m].
         min_width: Minimum width of a passage [m].
-
-    Raises:
-        InputError: A parameter is not positive.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        ranges: str,
-        radius: Metres,
-        height: Metres,
-        half_angle: Radians,
-        max_range: Metres,
-        depth: Metres = 0.3,
-        min_width: Metres = 0.6,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        if not min(radius, half_angle, max_range, depth, min_width) > 0.0:
-            found = f"{radius:g} m, {half_angle:g} rad, {max_range:g} m, {depth:g} m and {min_width:g} m"
-            raise InputError(
-                f"radius, half_angle, max_range, depth and min_width of '{self.name}' must be above 0, found {found}."
-            )
-        self._ranges, self._radius, self._above, self._half_angle = ranges, radius, height, half_angle
-        self._max_range, self._depth, self._min_width = max_range, depth, min_width
+    ranges: str
+    radius: PositiveMetres
+    height: Metres
+    half_angle: PositiveRadians
+    max_range: PositiveMetres
+    depth: PositiveMetres = 0.3
+    min_width: PositiveMetres = 0.6
+
+    def __post_init__(self) -> None:
         self._state: dict[str, Sequence[float]] = {}
         self._odds: dict[str, float] = {}
         self._free: dict[str, np.ndarray] = {}
@@ -82,7 +68,7 @@ class ObserveDoors(Analyze):
 
     def expects(self) -> Sequence[str]:
         """The ranges, and the signals of the state of the robot."""
-        return (self._ranges, *STATE)
+        return (self.ranges, *STATE)
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         """Evaluate each reading of the ring at the newest state."""
@@ -91,9 +77,9 @@ class ObserveDoors(Analyze):
         known = len(self._state) == len(STATE) and all(math.isfinite(v) for each in self._state.values() for v in each)
         doors = self.knowledge.graph.nodes("door") if known else ()
         for sample in samples if doors else ():
-            if self._ranges in sample.value:
+            if self.ranges in sample.value:
                 for door in doors:
-                    yield from self._look(sample.t, door, np.array(sample.value[self._ranges]))
+                    yield from self._look(sample.t, door, np.array(sample.value[self.ranges]))
 
     def _look(self, t: float, door: str, ranges: np.ndarray) -> Iterable[Change]:
         """Evaluate one reading of the ring for one door."""
@@ -102,12 +88,12 @@ class ObserveDoors(Analyze):
         if pose is None or not width or not height:
             return
         near, far, aside = self._crossings(pose, len(ranges))
-        inside = (near > 0.0) & (far + self._depth < self._max_range)
+        inside = (near > 0.0) & (far + self.depth < self.max_range)
         inside &= np.abs(aside).max(axis=1) < 0.5 * width - MARGIN
-        z, rise = self._state["height"][0] + self._above, math.tan(self._state["tilt"][0] + self._half_angle)
-        inside &= (z - rise * (far + self._depth) > MARGIN) & (z + rise * (far + self._depth) < height - MARGIN)
-        passed = inside & (ranges > far + self._depth)
-        stopped = inside & (ranges > near - MARGIN) & (ranges <= far + self._depth)
+        z, rise = self._state["height"][0] + self.height, math.tan(self._state["tilt"][0] + self.half_angle)
+        inside &= (z - rise * (far + self.depth) > MARGIN) & (z + rise * (far + self.depth) < height - MARGIN)
+        passed = inside & (ranges > far + self.depth)
+        stopped = inside & (ranges > near - MARGIN) & (ranges <= far + self.depth)
         if not (passed | stopped).any():
             return
         odds = self._odds.get(door, 0.0) + STEP * (int(passed.sum()) - int(stopped.sum()))
@@ -117,7 +103,7 @@ class ObserveDoors(Analyze):
             for beam in np.flatnonzero(beams):
                 low, high = ((aside[beam, [0, -1]] + 0.5 * width) / CELL).tolist()
                 free[math.ceil(min(low, high)) : math.floor(max(low, high))] = value
-        is_open = odds >= SURE and CELL * _longest(free) >= self._min_width
+        is_open = odds >= SURE and CELL * _longest(free) >= self.min_width
         state, written = self._found.get(door, (None, 0.0))
         known = state == graph.get(door, "open") == is_open and abs(abs(odds) - written) < NOTICEABLE
         if (is_open or odds <= -SURE) and not known:
@@ -136,10 +122,10 @@ class ObserveDoors(Analyze):
         robot = Pose2(*self._state["pose"])
         bearings = robot.yaw + 2.0 * math.pi / beams * np.arange(beams)
         c, s = math.cos(door.yaw), math.sin(door.yaw)
-        x = robot.x - door.x + self._radius * np.cos(bearings)
-        y = robot.y - door.y + self._radius * np.sin(bearings)
+        x = robot.x - door.x + self.radius * np.cos(bearings)
+        y = robot.y - door.y + self.radius * np.sin(bearings)
         through, along = (c * x + s * y)[:, None], (c * y - s * x)[:, None]
-        angles = bearings[:, None] - door.yaw + self._half_angle * np.array([-1.0, 0.0, 1.0])
+        angles = bearings[:, None] - door.yaw + self.half_angle * np.array([-1.0, 0.0, 1.0])
         cos = np.cos(angles)
         distances = -through / np.where(np.abs(cos) > 1e-6, cos, 1e-6)
         return distances.min(axis=1), distances.max(axis=1), along + distances * np.sin(angles)

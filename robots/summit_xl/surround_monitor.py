@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from rocs_bt import Fault, InputError, Metres, Pose2, Radians, Reading, Seconds, Signal
+from rocs_bt import Fault, InputError, Metres, Pose2, Radians, Reading, Signal
 from rocs_bt.base.geometry import along_arc
-from rocs_bt.base.units import ANGLE, LENGTH
+from rocs_bt.base.units import ANGLE, LENGTH, PositiveMetres, PositiveRadians, PositiveSeconds
 from rocs_bt.control.arcs import BENDS, HEADINGS
 from rocs_bt.interfaces.channel import Signals
 from rocs_bt.monitor import RangeMonitor
@@ -80,7 +79,7 @@ class SurroundMonitor(RangeMonitor):
 
     All groups are invalid while the pose or `peer_range` is invalid: a blind robot must not drive as if it were alone.
 
-    Args:
+    Attributes:
         mounts: x [m], y [m] and yaw [rad] of each beam in the body frame.
         half_angle: Half the opening angle of a beam's cone [rad].
         max_range: Maximum range of the beams [m].
@@ -90,27 +89,18 @@ class SurroundMonitor(RangeMonitor):
         horizon: Shortest prediction horizon [s].
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        mounts: Sequence[tuple[Metres, Metres, Radians]],
-        half_angle: Radians,
-        max_range: Metres,
-        max_echo_age: Seconds,
-        max_free_ground_age: Seconds,
-        peer_radius: Metres,
-        horizon: Seconds = 0.7,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        ages = (max_echo_age, max_free_ground_age)
-        numbers = (half_angle, max_range, *ages, peer_radius, horizon)
-        if not all(0.0 < value < math.inf for value in numbers):
-            raise InputError(
-                Fault(f"the numbers of monitor '{self.name}' must be above 0 and finite, found {numbers}.")
-            )
-        if max_free_ground_age < max_echo_age:
-            found = f"found {max_free_ground_age:g} s and {max_echo_age:g} s"
+    mounts: tuple[tuple[Metres, Metres, Radians], ...]
+    half_angle: PositiveRadians
+    max_range: PositiveMetres
+    max_echo_age: PositiveSeconds
+    max_free_ground_age: PositiveSeconds
+    peer_radius: PositiveMetres
+    horizon: PositiveSeconds = 0.7
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.max_free_ground_age < self.max_echo_age:
+            found = f"found {self.max_free_ground_age:g} s and {self.max_echo_age:g} s"
             raise InputError(
                 Fault(f"max_free_ground_age of monitor '{self.name}' must be at least max_echo_age, {found}.")
             )
@@ -118,20 +108,22 @@ class SurroundMonitor(RangeMonitor):
             raise InputError(
                 Fault(f"monitor '{self.name}' needs the groups {', '.join(GROUPS)}; {missed} are missing.")
             )
-        if len(mounts) != self.beams or any(len(mount) != 3 for mount in mounts):
+        if len(self.mounts) != self.beams:
             raise InputError(Fault(f"mounts of monitor '{self.name}' must be x, y and yaw of {self.beams} beams."))
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         self._half = 0.5 * body["length"], 0.5 * body["width"]
         self._memory = LocalMemory(
-            [Mount(*mount) for mount in mounts], half_angle, max_range, max_free_ground_age, self._half
+            [Mount(*mount) for mount in self.mounts],
+            self.half_angle,
+            self.max_range,
+            self.max_free_ground_age,
+            self._half,
         )
-        self._max_echo_age, self._max_free_ground_age = max_echo_age, max_free_ground_age
         self._edges = leading_edges(self._half, STRIDES).reshape(2 * len(BENDS), len(STRIDES), -1, 2)
         self._turned = turned_edges(self._half, STRIDES)
-        self._radius = peer_radius
-        self._encounters = Encounters(self.knowledge, self._half, radius=peer_radius, horizon=horizon)
+        self._encounters = Encounters(self.knowledge, self._half, radius=self.peer_radius, horizon=self.horizon)
 
     def signals(self) -> Sequence[Signal]:
         raw, *groups = super().signals()
@@ -166,13 +158,13 @@ class SurroundMonitor(RangeMonitor):
         motions = {peer: (now - m[0], m[1], m[2]) for peer in world.peers() if (m := world.motion_of(peer)) is not None}
         places = [along_arc(place, twist, since) for since, place, twist in motions.values()]
         ranges = next(iter(readings.values())).values
-        self._memory.look(now, pose, ranges, places, self._radius)
-        self._remove_peers(written, self._memory.explained(pose, ranges, places, self._radius))
+        self._memory.look(now, pose, ranges, places, self.peer_radius)
+        self._remove_peers(written, self._memory.explained(pose, ranges, places, self.peer_radius))
         ahead, behind, turned = self._rooms(now, pose)
         front = min(written["front"]) - SPARE
 
         def room() -> Reach:
-            on, back = self._bends(now - self._max_echo_age, pose)
+            on, back = self._bends(now - self.max_echo_age, pose)
             return [min(far, front) for far in on], back
 
         peers = self._encounters.groups(pose, motions, now, room)
@@ -183,13 +175,13 @@ class SurroundMonitor(RangeMonitor):
         return {
             **written,
             **rooms,
-            "free_turn": list(free_turns(self._memory.around(pose, now - self._max_free_ground_age), self._half)),
+            "free_turn": list(free_turns(self._memory.around(pose, now - self.max_free_ground_age), self._half)),
             "bend_off": list(self._encounters.bends),
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
         """Values of `room_ahead`, `room_behind` and `room_turned` [m], on ground known to be free."""
-        since, turned = now - self._max_free_ground_age, [0.0] * len(HEADINGS)
+        since, turned = now - self.max_free_ground_age, [0.0] * len(HEADINGS)
         if self._memory.may_turn(since, pose):
             turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)
         return [*self._bends(since, pose), turned]
@@ -218,7 +210,7 @@ class SurroundMonitor(RangeMonitor):
 
     def _echoes(self, now: float, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
         """Gap to the remembered obstacles in each of `GROUPS` [m]; +inf for `front`, which the beams measure."""
-        points = self._memory.around(pose, now - self._max_echo_age)
+        points = self._memory.around(pose, now - self.max_echo_age)
         if not len(points):
             return (math.inf,) * 4
         left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)

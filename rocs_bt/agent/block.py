@@ -8,12 +8,12 @@ from typing import Any, TypeVar
 from ..base.errors import InputError
 from ..base.raised import content_line
 from ..catalog import AnalyzeSpec, MonitorSpec
-from ..declare import constructor_fields, read_arguments
+from ..declare import Declared, fields_of, read_arguments
 
-T = TypeVar("T")
+T = TypeVar("T", bound=Declared)
 
 
-def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, **passed: Any) -> T:
+def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, *passed: Any) -> T:
     """Construct a monitor or an analyser; `passed` are further positional arguments of its constructor.
 
     Raises:
@@ -22,10 +22,10 @@ def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, **passed: Any) -> 
         Exception: The constructor of a user's class raised this exception.
     """
     what = f"{cls.__name__} '{spec.name}'"
-    given = read_arguments(constructor_fields(cls, ("name", *passed)), spec.parameters, what)
+    given = read_arguments({each.key: each for each in fields_of(cls)}, spec.parameters, what)
     make: Callable[..., T] = cls
     try:
-        return make(spec.name, *passed.values(), **given)
+        return make(spec.name, *passed, **given)
     except (TypeError, ValueError, OverflowError) as error:  # refused by the constructor itself
         if content_line(error) is not None:  # raised in a user's class
             raise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ..analyze import ANALYZERS, Analyze
 from ..base.clock import Rate
@@ -42,9 +42,9 @@ def make_monitors(
             for rate, device in [(rates[name], devices[name])]
         ]
         with located_at(robot.file, spec.line):
-            cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
+            cls = _resolve(Monitor, spec.cls, MONITORS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            monitor = make_block(cls, spec, monitored=monitored, knowledge=knowledge, sink=sink)
+            monitor = make_block(cls, spec, monitored, knowledge, sink)
             for sensor, size in monitor.expects().items():
                 if sensor not in spec.sensors:
                     raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
@@ -74,9 +74,9 @@ def make_analyzers(
     analyzers: list[Analyze] = []
     for spec in robot.analyzers:
         with located_at(robot.file, spec.line):
-            cls = _resolve("analyze", spec.cls, ANALYZERS, robot, load_class)
+            cls = _resolve(Analyze, spec.cls, ANALYZERS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            analyzers.append(make_block(cls, spec, knowledge=knowledge, sink=sink))
+            analyzers.append(make_block(cls, spec, knowledge, sink))
     found = {signal for analyze in analyzers for signal in _written(analyze)}
     by_name = {monitor.name: monitor for monitor in monitors}
     written = {name: _written(monitor) for name, monitor in by_name.items()}
@@ -131,11 +131,12 @@ def _written(block: Monitor | Analyze) -> list[str]:
         return [signal.name for signal in block.signals()]
 
 
-def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
+def _resolve(base: Any, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
     """Find the class of a block: a shipped one by name, or a user's by `file.py:Class`, relative to robot.toml."""
-    if is_reference(name):
-        file, _, cls = name.partition(":")
-        return load_class(robot.beside(file), cls)
-    if name not in table:
-        raise InputError(unknown(f"{kind} class", name, table))
-    return table[name]
+    if not is_reference(name):
+        return table[name]
+    file, _, cls = name.partition(":")
+    found = load_class(robot.beside(file), cls)
+    if not issubclass(found, base):
+        raise InputError(f"the class '{cls}' does not extend rocs_bt.{base.__name__}.")
+    return found

@@ -6,15 +6,16 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from itertools import chain
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from ..base.signal import Signal
+from ..declare import Declared
 from ..event import Change, EventSink, SignalsWritten, Value, pack
 from ..interfaces.channel import AnalyzeSubscriber, MonitorSubscriber, Publisher, Signals, Stamped, check_wire
 from ..knowledge import Knowledge
 
 
-class Analyze(MonitorSubscriber, ABC):
+class Analyze(Declared, MonitorSubscriber, ABC):
     """Base class of analysers, which process samples of monitors and publish a Change when something has changed.
 
     An analyser may receive samples of several monitors. A user's analyser implements `process` (paper, 5.3: a
@@ -25,10 +26,14 @@ class Analyze(MonitorSubscriber, ABC):
     them to Knowledge. Other analysers that expect these signals read them from Knowledge, because analysers are not
     connected to each other. In lockstep mode, the analyser that writes a signal runs before those that read it.
 
+    Annotations of the class declare its keys in robot.toml, as of an action; `__post_init__` may compute further
+    attributes.
+
     Args:
         name: Name in robot.toml.
         knowledge: Knowledge to read and write.
         sink: Sink that receives the analyser's events.
+        parameters: Values of the declared keys, SI units.
 
     Attributes:
         from_knowledge: Names of expected signals that another analyser writes; set by the agent.
@@ -39,14 +44,15 @@ class Analyze(MonitorSubscriber, ABC):
 
     before_reflexes: ClassVar[bool] = False
 
-    def __init__(self, name: str, knowledge: Knowledge, sink: EventSink) -> None:
-        super().__init__()
+    def __init__(self, name: str, knowledge: Knowledge, sink: EventSink, **parameters: Any) -> None:
+        MonitorSubscriber.__init__(self)
         self.name = name
         self.knowledge = knowledge
         self.from_knowledge: Sequence[str] = ()
         self._now = -math.inf
         self._sink = sink
         self._publisher: Publisher[Change] = Publisher(name)
+        Declared.__init__(self, **parameters)
 
     def expects(self) -> Sequence[str]:
         """Names of the signals that the analyser needs from its monitors or from other analysers; none by default."""

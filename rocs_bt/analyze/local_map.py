@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
-from ..base.units import TIME, Metres, Seconds
+from ..base.units import TIME, PositiveMetres, PositiveSeconds
 from ..control.locomotion import Array
 from ..event import Change, MapChanged
 from ..interfaces.channel import Signals, Stamped
@@ -56,7 +56,7 @@ class LocalMap(Analyze):
     at the present speed and turn rate of the wheels. It is +inf without contact within 1.2 s, and NaN while a beam is
     NaN, because a robot that cannot see must not drive.
 
-    Args:
+    Attributes:
         max_range: Maximum range of an echo [m].
         max_raytrace_range: Maximum range of free space [m].
         cell_size: Side of a cell [m].
@@ -64,44 +64,28 @@ class LocalMap(Analyze):
         max_age: Validity of `contact_time` [s]; None for that of a scan.
 
     Raises:
-        InputError: A size is not positive, or the robot's length and width are not declared.
+        InputError: The robot's length and width are not declared.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        max_range: Metres = 10.0,
-        max_raytrace_range: Metres = 4.0,
-        cell_size: Metres = 0.05,
-        map_size: Metres = 30.0,
-        max_age: Seconds | None = None,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        sizes = {
-            "max_range": max_range,
-            "max_raytrace_range": max_raytrace_range,
-            "cell_size": cell_size,
-            "map_size": map_size,
-        }
-        if max_age is not None:
-            sizes["max_age"] = max_age
-        if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
-            found = ", ".join(f"{sizes[name]:g}" for name in bad)
-            raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0, found {found}."))
+    max_range: PositiveMetres = 10.0
+    max_raytrace_range: PositiveMetres = 4.0
+    cell_size: PositiveMetres = 0.05
+    map_size: PositiveMetres = 30.0
+    max_age: PositiveSeconds | None = None
+
+    def __post_init__(self) -> None:
         if (hull := self.knowledge.robot.hull) is None:
             raise InputError(Fault(f"'{self.name}' needs the robot's length and width in its [body] table."))
-        self._footprint, self._max_age = hull, max_age
-        self._scanner, self._max_range = self.knowledge.robot.scanner(SCAN), max_range
-        self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell_size, map_size)
+        self._footprint, self._scanner = hull, self.knowledge.robot.scanner(SCAN)
+        self._grid = self.knowledge.world.occupancy = OccupancyGrid(self.cell_size, self.map_size)
         self._recorded, self._record_at, self._occupied = 0, -math.inf, set[tuple[int, int]]()
         self._poses = PoseHistory()
-        around = math.ceil(max_raytrace_range / cell_size)
+        around = math.ceil(self.max_raytrace_range / self.cell_size)
         rows, columns = np.mgrid[-around : around + 1, -around : around + 1]
         away = np.hypot(rows, columns)
         inside = (away <= around) & (away >= NEAREST)
         self._disc = rows[inside], columns[inside]
-        self._away, bearing = away[inside] * cell_size, np.arctan2(rows, columns)[inside]
+        self._away, bearing = away[inside] * self.cell_size, np.arctan2(rows, columns)[inside]
         self._unit = np.cos(bearing), np.sin(bearing)
         self._circle = (
             bearing / math.tau,
@@ -115,7 +99,7 @@ class LocalMap(Analyze):
     def signals(self) -> Sequence[Signal]:
         doc = "Time until the hull touches an obstacle; +inf if not soon."
         signals = self.knowledge.signals  # the scan is declared before the analysers' signals
-        age = self._max_age or (signals.spec(SCAN).max_age if SCAN in signals else math.inf)
+        age = self.max_age or (signals.spec(SCAN).max_age if SCAN in signals else math.inf)
         return [Signal(CONTACT, 1, (TIME,), (0.0, math.inf), age, doc)]
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
@@ -165,11 +149,11 @@ class LocalMap(Analyze):
         """Enter one scan into the grid; return the number of changed cells."""
         grid, eye = self._grid, pose.compose(self._scanner.mount)
         grid.centre_on(eye.x, eye.y)
-        echoes = np.flatnonzero(ranges <= self._max_range)  # without NaN
+        echoes = np.flatnonzero(ranges <= self.max_range)  # without NaN
         angles, distances = self._scanner.bearings[echoes] + eye.yaw, ranges[echoes]
         hits = np.column_stack([eye.x + distances * np.cos(angles), eye.y + distances * np.sin(angles)])
         moving, cleared = self._movers_among(t, hits)
-        reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._max_range))
+        reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self.max_range))
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
         dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
         passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc

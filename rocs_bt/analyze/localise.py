@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
-from ..base.units import ANGLE, LENGTH, Metres, Radians, RadiansPerSecond, Seconds
+from ..base.units import (
+    ANGLE,
+    LENGTH,
+    NOT_NEGATIVE,
+    Metres,
+    PositiveMetres,
+    PositiveRadians,
+    PositiveSeconds,
+    Radians,
+    RadiansPerSecond,
+)
 from ..control.locomotion import Array
 from ..control.pose_filter import PoseFilter, PoseNoise
+from ..declare import values_of
 from ..event import Change
 from ..interfaces.channel import Signals, Stamped
 from .analyze import Analyze
@@ -21,6 +31,8 @@ from .analyze import Analyze
 FARTHEST = 1e6
 """Largest plausible coordinate [m]."""
 
+_Length = Annotated[Metres, NOT_NEGATIVE]
+_Rate = Annotated[RadiansPerSecond, NOT_NEGATIVE]
 _UPPER = np.triu_indices(3)
 
 
@@ -36,7 +48,7 @@ class Localise(Analyze):
     xx, xy, x yaw, yy, y yaw, yaw yaw. Without odometry nothing is written, so the pose becomes stale: fixes alone are
     too slow for control.
 
-    Args:
+    Attributes:
         travel_noise: Standard deviation of the driven distance, after a metre [m].
         slip_noise: Standard deviation of the lateral slip, after a metre [m].
         turn_noise: Standard deviation of the wheels' heading, after a turn of a radian and after a metre [rad].
@@ -46,48 +58,21 @@ class Localise(Analyze):
         fix_position_noise: Standard deviation of each coordinate of a fix [m].
         fix_heading_noise: Standard deviation of the compass [rad].
         max_age: Validity of an estimate [s].
-
-    Raises:
-        InputError: A parameter is negative or not finite, or fix_position_noise, fix_heading_noise or max_age is 0.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        travel_noise: Metres = PoseNoise.travel,
-        slip_noise: Metres = PoseNoise.slip,
-        turn_noise: Radians = PoseNoise.turn,
-        gyro_noise: RadiansPerSecond = PoseNoise.gyro,
-        gyro_bias_noise: RadiansPerSecond = PoseNoise.gyro_bias,
-        drift_noise: Metres = PoseNoise.drift,
-        fix_position_noise: Metres = PoseNoise.fix_position,
-        fix_heading_noise: Radians = PoseNoise.fix_heading,
-        max_age: Seconds = 0.15,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        self._noise = PoseNoise(
-            travel=travel_noise,
-            slip=slip_noise,
-            turn=turn_noise,
-            gyro=gyro_noise,
-            gyro_bias=gyro_bias_noise,
-            drift=drift_noise,
-            fix_position=fix_position_noise,
-            fix_heading=fix_heading_noise,
-        )
-        self._max_age = max_age
-        bad = [f"{name}_noise" for name, value in vars(self._noise).items() if not 0.0 <= value < math.inf]
-        bad += [] if fix_position_noise > 0.0 else ["fix_position_noise"]
-        bad += [] if fix_heading_noise > 0.0 else ["fix_heading_noise"]
-        bad += [] if 0.0 < max_age < math.inf else ["max_age"]
-        if bad:
-            raise InputError(
-                Fault(
-                    f"{', '.join(dict.fromkeys(bad))} of '{self.name}' must be finite and no less than 0; "
-                    "fix_position_noise, fix_heading_noise and max_age must be above it."
-                )
-            )
+    travel_noise: _Length = PoseNoise.travel
+    slip_noise: _Length = PoseNoise.slip
+    turn_noise: Annotated[Radians, NOT_NEGATIVE] = PoseNoise.turn
+    gyro_noise: _Rate = PoseNoise.gyro
+    gyro_bias_noise: _Rate = PoseNoise.gyro_bias
+    drift_noise: _Length = PoseNoise.drift
+    fix_position_noise: PositiveMetres = PoseNoise.fix_position
+    fix_heading_noise: PositiveRadians = PoseNoise.fix_heading
+    max_age: PositiveSeconds = 0.15
+
+    def __post_init__(self) -> None:
+        noises = {name.removesuffix("_noise"): value for name, value in values_of(self).items() if name != "max_age"}
+        self._noise = PoseNoise(**noises)
         self._filter: PoseFilter | None = None
         self._travel: Array | None = None
         self._moved_at = -math.inf  # [s] time of the newest wheel travel
@@ -96,7 +81,7 @@ class Localise(Analyze):
         return ("wheel_travel", "fix", "compass")
 
     def signals(self) -> Sequence[Signal]:
-        age, square = self._max_age, LENGTH * LENGTH
+        age, square = self.max_age, LENGTH * LENGTH
         units = (square, square, LENGTH * ANGLE, square, LENGTH * ANGLE, ANGLE * ANGLE)
         return [
             Signal("pose", 3, (LENGTH, LENGTH, ANGLE), (-FARTHEST, FARTHEST), age, "x, y, yaw in the world frame."),
@@ -138,7 +123,7 @@ class Localise(Analyze):
         dt = sample.t - since
         (rate,) = sample.value.get("gyro_rate", (math.nan,))
         self._filter.predict(forward, left, turn, dt, rate)
-        if dt > self._max_age + 1e-6:  # the path during such a gap is unknown
+        if dt > self.max_age + 1e-6:  # the path during such a gap is unknown
             self._filter.widen(math.hypot(forward, left), abs(turn))
         return True
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from ..base.errors import InputError
 from ..base.geometry import wrap_angle
-from ..base.units import Metres, Radians
+from ..base.units import PositiveMetres, Radians
 from ..event import Change
 from ..interfaces.channel import Signals, Stamped
 from .analyze import Analyze
@@ -44,13 +43,13 @@ class PassPosition(Analyze):
 class PassOrientation(Analyze):
     """Reports a heading that differs by more than `step` from the last reported one.
 
-    Args:
+    Attributes:
         step: Heading change that triggers a Change [rad].
     """
 
-    def __init__(self, *args: Any, step: Radians = math.radians(45.0), **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._step = step
+    step: Radians = math.radians(45.0)
+
+    def __post_init__(self) -> None:
         self._reported: float | None = None
 
     def expects(self) -> Sequence[str]:
@@ -62,7 +61,7 @@ class PassOrientation(Analyze):
             return
         if self._reported is None:
             self._reported = yaw
-        elif abs(wrap_angle(yaw - self._reported)) > self._step:
+        elif abs(wrap_angle(yaw - self._reported)) > self.step:
             self._reported = yaw
             yield self.change(sample.t, "turned", self.knowledge.agent, yaw=yaw)
 
@@ -70,47 +69,40 @@ class PassOrientation(Analyze):
 class PassRange(Analyze):
     """Keeps an `object` node for each beam group with a near obstacle, and reports when it appears or clears.
 
-    Args:
+    Attributes:
         groups: Names of the beam groups.
         near: Range below which an obstacle is near [m].
         clear: Range above which it is no longer near [m]; above `near` as hysteresis.
 
     Raises:
-        InputError: near and clear are not positive, finite and ascending.
+        InputError: near is not below clear.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        groups: Sequence[str] = ("front", "rear"),
-        near: Metres = 0.6,
-        clear: Metres = 0.8,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        if not 0.0 < near < clear < math.inf:
-            raise InputError(f"near must be above 0 m and below clear, found {near:g} m and {clear:g} m.")
-        self._groups = tuple(groups)
-        self._near = near
-        self._clear = clear
+    groups: tuple[str, ...] = ("front", "rear")
+    near: PositiveMetres = 0.6
+    clear: PositiveMetres = 0.8
+
+    def __post_init__(self) -> None:
+        if not self.near < self.clear:
+            raise InputError(f"near must be below clear, found {self.near:g} m and {self.clear:g} m.")
 
     def expects(self) -> Sequence[str]:
-        return self._groups
+        return self.groups
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         graph, robot = self.knowledge.graph, self.knowledge.agent
         sample = samples[-1]
-        for group in self._groups:
+        for group in self.groups:
             if group not in sample.value:
                 continue
             distance = min(sample.value[group])
             node = f"something {group}"
             known = graph.has(node)
-            if not known and distance < self._near:
+            if not known and distance < self.near:
                 graph.add(node, "object", distance=distance)
                 graph.relate(robot, "near", node)
                 yield self.change(sample.t, "obstacle", node, distance=distance)
-            elif known and distance > self._clear:
+            elif known and distance > self.clear:
                 graph.remove(node)
                 yield self.change(sample.t, "clear", node, distance=distance)
 
@@ -118,8 +110,7 @@ class PassRange(Analyze):
 class PassMessages(Analyze):
     """Reports each received message: a Change of kind `message` about its sender, with its text."""
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def __post_init__(self) -> None:
         self._reported = 0
 
     def expects(self) -> Sequence[str]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, wrap_angle
-from ..base.units import Metres, Radians, Seconds
+from ..base.units import PositiveMetres, PositiveRadians, PositiveSeconds
 from ..control.motion_filter import MotionFilter, MotionNoise
 from ..event import Change
 from ..interfaces.channel import Signals, Stamped
@@ -55,36 +55,26 @@ class PeerAnalyze(Analyze):
     `sees` ends. After `give_up_after` its pose is cleared. While the peer is out of view, a pose that another source
     writes, such as shared knowledge, is not overwritten.
 
-    Args:
+    Attributes:
         range_noise: Standard deviation of a range [m].
         bearing_noise: Standard deviation of a bearing [rad].
         lost_after: Time out of view after which a peer is lost [s].
         give_up_after: Time out of view after which its pose is unknown [s].
 
     Raises:
-        InputError: A noise is not positive, or lost_after is not below give_up_after.
+        InputError: lost_after is not below give_up_after.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        range_noise: Metres = 0.05,
-        bearing_noise: Radians = math.radians(2.0),
-        lost_after: Seconds = 0.5,
-        give_up_after: Seconds = 3.0,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        if not (range_noise > 0.0 and bearing_noise > 0.0 and 0.0 < lost_after < give_up_after < math.inf):
-            raise InputError(
-                Fault(
-                    f"'{self.name}' needs range_noise and bearing_noise above 0, and lost_after below give_up_after, "
-                    f"found {range_noise} m, {bearing_noise} rad, {lost_after} s and {give_up_after} s."
-                )
-            )
-        self._noise = MotionNoise(range=range_noise, bearing=bearing_noise)
-        self._lost_after = lost_after
-        self._give_up_after = give_up_after
+    range_noise: PositiveMetres = 0.05
+    bearing_noise: PositiveRadians = math.radians(2.0)
+    lost_after: PositiveSeconds = 0.5
+    give_up_after: PositiveSeconds = 3.0
+
+    def __post_init__(self) -> None:
+        if not self.lost_after < self.give_up_after:
+            found = f"found {self.lost_after:g} s and {self.give_up_after:g} s"
+            raise InputError(Fault(f"lost_after of '{self.name}' must be below give_up_after, {found}."))
+        self._noise = MotionNoise(range=self.range_noise, bearing=self.bearing_noise)
         self._pose: Pose2 | None = None
         self._tracks: dict[str, _Track] = {}
 
@@ -125,7 +115,7 @@ class PeerAnalyze(Analyze):
         track, graph = self._tracks[name], self.knowledge.graph
         unseen = t - track.seen_at
         overwritten = unseen > 0.0 and graph.stamp(name, "pose").revision > track.revision
-        if unseen > self._give_up_after:
+        if unseen > self.give_up_after:
             del self._tracks[name]
             if not overwritten:
                 graph.set(name, pose=None, speed=None, turn_rate=None, spread=None)
@@ -137,7 +127,7 @@ class PeerAnalyze(Analyze):
         else:
             self._write(name, track)
             track.revision = graph.stamp(name, "pose").revision
-        if unseen > self._lost_after and not track.lost:
+        if unseen > self.lost_after and not track.lost:
             track.lost = True
             graph.unrelate(self.knowledge.agent, "sees", name)
             yield self.change(t, "lost", name, unseen=unseen)

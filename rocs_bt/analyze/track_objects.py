@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -62,7 +61,7 @@ class TrackObjects(Analyze):
     mover, and `predicted_clearance` [m], the smallest gap to a mover within `horizon`. Both are +inf without movers,
     NaN while a beam is NaN or the robot's speed is unknown, and valid as long as the scan.
 
-    Args:
+    Attributes:
         ranges: Name of the signal with the ranges.
         mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours in order. Omit it
             for a scanner: its [[sensor]] table declares the mount.
@@ -87,46 +86,43 @@ class TrackObjects(Analyze):
 
     before_reflexes = True
 
-    def __init__(
-        self,
-        *args: Any,
-        ranges: str,
-        mounts: Sequence[tuple[Metres, Metres, Radians]] = (),
-        half_angle: Radians | None = None,
-        max_range: Metres = 1.0,
-        noise: Metres = 0.02,
-        sweep: Seconds = 0.0,
-        max_object_size: Metres = 0.9,
-        static_objects: bool = True,
-        half_life: Seconds = 10.0,
-        memory: Seconds = 2.0,
-        acceleration: MetresPerSecondSquared = 1.5,
-        speed_noise: MetresPerSecond = 1.0,
-        min_speed: MetresPerSecond = 0.15,
-        peer_radius: Metres = 0.5,
-        horizon: Seconds = 3.0,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        self._ranges, self._static, self._peer_radius = ranges, static_objects, peer_radius
-        self._size, self._horizon, self._scanner = max_object_size, horizon, not mounts
-        looks = [(float(x), float(y), float(a)) for x, y, a in mounts] or self._of_scanner()
-        wide = math.radians(15.0) if mounts else 0.5 * abs(looks[-1][2] - looks[0][2]) / max(len(looks) - 1, 1)
-        self._beams = Beams(looks, half_angle if half_angle is not None else wide, max_range, noise, sweep)
-        self._tracker = Tracker(TrackerSettings(acceleration, speed_noise, min_speed, half_life, memory))
+    ranges: str
+    mounts: tuple[tuple[Metres, Metres, Radians], ...] = ()
+    half_angle: Radians | None = None
+    max_range: Metres = 1.0
+    noise: Metres = 0.02
+    sweep: Seconds = 0.0
+    max_object_size: Metres = 0.9
+    static_objects: bool = True
+    half_life: Seconds = 10.0
+    memory: Seconds = 2.0
+    acceleration: MetresPerSecondSquared = 1.5
+    speed_noise: MetresPerSecond = 1.0
+    min_speed: MetresPerSecond = 0.15
+    peer_radius: Metres = 0.5
+    horizon: Seconds = 3.0
+
+    def __post_init__(self) -> None:
+        self._scanner = not self.mounts
+        looks = [(float(x), float(y), float(a)) for x, y, a in self.mounts] or self._of_scanner()
+        wide = math.radians(15.0) if self.mounts else 0.5 * abs(looks[-1][2] - looks[0][2]) / max(len(looks) - 1, 1)
+        half_angle = wide if self.half_angle is None else self.half_angle
+        self._beams = Beams(looks, half_angle, self.max_range, self.noise, self.sweep)
+        settings = self.acceleration, self.speed_noise, self.min_speed, self.half_life, self.memory
+        self._tracker = Tracker(TrackerSettings(*settings))
         self._hull = self.knowledge.robot.hull
         self._poses, self._motion = PoseHistory(), MotionBelief()
         self._seen, self._broken = -math.inf, False  # [s] time of the newest scan, and whether a beam of it is NaN
         self._written: dict[int, _Written] = {}
 
     def expects(self) -> Sequence[str]:
-        return (self._ranges, "pose")
+        return (self.ranges, "pose")
 
     def signals(self) -> Sequence[Signal]:
         if not self._scanner or self._hull is None:
             return []
         signals = self.knowledge.signals  # the ranges are declared before the analysers' signals
-        age = signals.spec(self._ranges).max_age if self._ranges in signals else math.inf
+        age = signals.spec(self.ranges).max_age if self.ranges in signals else math.inf
         docs = "Time until the hull touches what moves; +inf if not soon.", "Smallest predicted gap to what moves."
         return [
             Signal(COLLISION, 1, (TIME,), (0.0, math.inf), age, docs[0]),
@@ -137,14 +133,14 @@ class TrackObjects(Analyze):
         # The pose of this period counts, whichever of the two monitors came first.
         self._poses.take(samples)
         for sample in samples:
-            if self._ranges not in sample.value or sample.t == self._seen:  # the same scan again: the next one is late
+            if self.ranges not in sample.value or sample.t == self._seen:  # the same scan again: the next one is late
                 continue
             self._seen = sample.t
             pose, sweep = self._poses.at(sample.t), self._beams.sweep > 0.0
             poses = self._poses.along(sample.t + self._beams.offsets) if sweep else pose
             if pose is None or poses is None:
                 continue
-            ranges = np.array(sample.value[self._ranges], float)
+            ranges = np.array(sample.value[self.ranges], float)
             yield from self._look(sample.t, self._beams.scan(poses, ranges))
             if self._scanner:
                 self._note_movers(sample.t)
@@ -154,10 +150,10 @@ class TrackObjects(Analyze):
             self._predict(movers, self._hull)
 
     def _look(self, t: float, scan: Scan) -> Iterable[Change]:
-        found = segments_of(scan, self._size)
+        found = segments_of(scan, self.max_object_size)
         self._tracker.update(t, found.taken(~self._near_peers(found)))
         tracks, graph = self._tracker.tracks, self.knowledge.graph
-        reported = np.flatnonzero(tracks.confirmed & (tracks.movers(t) | self._static))
+        reported = np.flatnonzero(tracks.confirmed & (tracks.movers(t) | self.static_objects))
         numbers = tracks.ids[reported].tolist()
         vanished = sorted(set(self._written).difference(numbers))
         appeared = [(n, i) for n, i in zip(numbers, reported.tolist(), strict=True) if n not in self._written]
@@ -200,7 +196,7 @@ class TrackObjects(Analyze):
         known = not self._broken and not math.isnan(twist.forward + twist.left + twist.turn)
         collision = clearance = math.inf if known else math.nan
         if known and len(movers):
-            ahead = movers.predict(now + np.linspace(0.0, self._horizon, 7))
+            ahead = movers.predict(now + np.linspace(0.0, self.horizon, 7))
             collision, clearance = ahead.contact(hull, pose, twist)
         self.write(movers.t, {COLLISION: [collision], CLEARANCE: [clearance]})
 
@@ -242,7 +238,7 @@ class TrackObjects(Analyze):
 
     def _sensors(self) -> list[str]:
         graph = self.knowledge.graph
-        return [s for s in graph.related(graph.agent, "has_sensor") if graph.get(s, "signal") in (self._ranges, s)][:1]
+        return [s for s in graph.related(graph.agent, "has_sensor") if graph.get(s, "signal") in (self.ranges, s)][:1]
 
     def _near_peers(self, segments: Segments) -> npt.NDArray[np.bool_]:
         """Whether each segment is part of a known peer, shape (s,)."""
@@ -250,11 +246,11 @@ class TrackObjects(Analyze):
         poses = [pose for peer in world.peers() if (pose := world.pose_of(peer)) is not None]
         at: Array = np.array([pose[:2] for pose in poses]).reshape(-1, 2)
         dx, dy = (segments.centre[:, None] - at).transpose(2, 0, 1)
-        near: npt.NDArray[np.bool_] = (np.hypot(dx, dy) < self._peer_radius).any(axis=1)
+        near: npt.NDArray[np.bool_] = (np.hypot(dx, dy) < self.peer_radius).any(axis=1)
         return near
 
     def _of_scanner(self) -> list[tuple[float, float, float]]:
-        scanner = self.knowledge.robot.scanner(self._ranges)
+        scanner = self.knowledge.robot.scanner(self.ranges)
         x, y, yaw = scanner.mount
         return [(x, y, yaw + bearing) for bearing in scanner.bearings.tolist()]
 

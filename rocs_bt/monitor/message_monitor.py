@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated
 
-from ..base.errors import Fault, InputError
 from ..base.signal import Signal
-from ..base.units import NONE
+from ..base.units import NONE, Bounds
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from ..interfaces.message import ReceivedMessage, unpacked
@@ -19,15 +18,13 @@ from .monitor import Monitor
 class MessageMonitor(Monitor):
     """Writes `messages`, the number of received messages, and adds a `message` node for each.
 
-    Args:
+    Attributes:
         max_messages: Number of the newest messages that Knowledge keeps.
     """
 
-    def __init__(self, *args: Any, max_messages: int = 32, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        if max_messages < 1:
-            raise InputError(Fault(f"max_messages of monitor '{self.name}' must be at least 1, found {max_messages}."))
-        self._max_messages = max_messages
+    max_messages: Annotated[int, Bounds(1)] = 32
+
+    def __post_init__(self) -> None:
         self._count = 0
         self._nodes: deque[str] = deque()
 
@@ -45,5 +42,5 @@ class MessageMonitor(Monitor):
         graph, node = self.knowledge.graph, f"message {self._count}"
         graph.add(node, "message", sender=letter.sender, text=letter.text, number=self._count)
         self._nodes.append(node)
-        if len(self._nodes) > self._max_messages and graph.has(old := self._nodes.popleft()):
+        if len(self._nodes) > self.max_messages and graph.has(old := self._nodes.popleft()):
             graph.remove(old)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ..base.errors import DeviceError, interrupts
 from ..base.raised import Raised
 from ..base.signal import Signal
 from ..base.units import Bounds, Seconds
+from ..declare import Declared
 from ..event import ContentRaised, EventSink, SensorFailed, SensorRead, SignalsWritten, pack
 from ..interfaces.channel import MonitorSubscriber, Publisher, Signals, check_wire
 from ..interfaces.device import Reading, Sensor
@@ -59,40 +60,40 @@ class MonitoredSensor:
     size: int = 0  # number of values of the last sample
 
 
-class Monitor(ABC):
+class Monitor(Declared, ABC):
     """Base class of monitors, which read sensors, interpret the readings, and write and publish signals.
 
     A user's monitor implements `interpret` and `signals` (paper, 5.3: a deliberative extension point). If a sensor
     fails or freezes, or the sensor's driver or the monitor raises an exception, the signals become stale or NaN; rules
     and plans notice a failure only by that. An event reports the start of a failure, and the sensor is read again in
-    the next period.
+    the next period. Annotations of the class declare its keys in robot.toml, as of an action; `__post_init__` may
+    compute further attributes.
 
     Args:
         name: Name in robot.toml.
         monitored: Sensors of the monitor.
         knowledge: Knowledge to which signals are written.
         sink: Sink that receives the monitor's events.
+        parameters: Values of the declared keys, SI units.
+
+    Attributes:
         frozen_after: Time after which a sensor counts as broken if its finite values stay bit-identical although they
             must vary [s]; +inf for never.
     """
 
+    frozen_after: Annotated[Seconds, Bounds(infinite=True)] = math.inf
+
     def __init__(
-        self,
-        name: str,
-        monitored: Sequence[MonitoredSensor],
-        knowledge: Knowledge,
-        sink: EventSink,
-        *,
-        frozen_after: Annotated[Seconds, Bounds(infinite=True)] = math.inf,
+        self, name: str, monitored: Sequence[MonitoredSensor], knowledge: Knowledge, sink: EventSink, **parameters: Any
     ) -> None:
         self.name = name
         self.monitored = tuple(monitored)
         self.knowledge = knowledge
         self._sink = sink
-        self._frozen_after = frozen_after
         self._raises = False
         self._publisher: Publisher[Signals] = Publisher(name)
         self._sizes: dict[tuple[str, ...], tuple[int, ...]] = {}  # sizes of signals that were written as declared
+        super().__init__(**parameters)
 
     @property
     def rate(self) -> Rate:
@@ -219,7 +220,7 @@ class Monitor(ABC):
         monitored.size = len(values)
         event = SensorRead(t=t, agent=self.knowledge.agent, sensor=sensor.name, stamp=reading.stamp, data=data)
         self._sink.emit(event)
-        if self._frozen_after < math.inf and self._frozen(monitored, data, reading, t):
+        if self.frozen_after < math.inf and self._frozen(monitored, data, reading, t):
             problem = f"frozen: the same values for {monitored.unchanged:.2f} s while the robot moved"
         elif not (problem := self.reject(sensor.name, reading)):
             # NaN or an old time stamp already invalidates the signals, so the reading is passed on unchanged.
@@ -236,13 +237,13 @@ class Monitor(ABC):
 
     def _frozen(self, monitored: MonitoredSensor, data: bytes, reading: Reading, t: float) -> bool:
         if reading.stamp <= monitored.stamp:  # the same sample again, of a slower sensor: its age tells
-            return monitored.unchanged > self._frozen_after
+            return monitored.unchanged > self.frozen_after
         passed, monitored.read_at, monitored.stamp = t - monitored.read_at, t, reading.stamp
         if data != monitored.last or not any(math.isfinite(v) for v in reading.values):
             monitored.last, monitored.unchanged = data, 0.0
         elif self.varies(monitored.sensor.name):
             monitored.unchanged += passed
-        return monitored.unchanged > self._frozen_after
+        return monitored.unchanged > self.frozen_after
 
     def _bounded(self, written: Signals) -> tuple[Signals, str]:
         """Replace values out of bounds by NaN, as Knowledge does; returns the signals and a message about one value."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Twist3
@@ -24,7 +23,7 @@ class MotionMonitor(Monitor):
     `course_speed`, `lateral_speed` and `climb`. An attitude sensor gives `tilt`, a height sensor `height`. At least one
     of the three sensors is needed. A height in a continuous frame that jumps is invalid, as the pose of a PoseMonitor.
 
-    Args:
+    Attributes:
         twist: Name of the twist sensor (forward, left, up [m/s], turn [rad/s]).
         attitude: Name of the attitude sensor (roll, pitch [rad]).
         height: Name of the height sensor [m].
@@ -33,33 +32,35 @@ class MotionMonitor(Monitor):
         InputError: The monitor has none of these sensors.
     """
 
-    def __init__(
-        self, *args: Any, twist: str = "twist", attitude: str = "attitude", height: str = "height", **kwargs: Any
-    ) -> None:
-        super().__init__(*args, **kwargs)
+    twist: str = "twist"
+    attitude: str = "attitude"
+    height: str = "height"
+
+    def __post_init__(self) -> None:
         named = {each.sensor.name for each in self.monitored}
-        self._twist, self._attitude, self._height = twist, attitude, height
-        self._sizes_of = {name: size for name, size in ((twist, 4), (attitude, 2), (height, 1)) if name in named}
+        sizes = {self.twist: 4, self.attitude: 2, self.height: 1}
+        self._sizes_of = {name: size for name, size in sizes.items() if name in named}
         if not self._sizes_of:
             found = ", ".join(sorted(named)) or "none"
-            message = f"monitor '{self.name}' needs a sensor '{twist}', '{attitude}' or '{height}', found {found}."
+            wanted = f"'{self.twist}', '{self.attitude}' or '{self.height}'"
+            message = f"monitor '{self.name}' needs a sensor {wanted}, found {found}."
             raise InputError(Fault(message, hint="Its parameters twist, attitude and height name its sensors."))
         self._locomotion = self.knowledge.robot.locomotion
         self._course = course_signals(self._locomotion)
         upward = self._locomotion.axis_limits("vz" if "vz" in self._locomotion.axes else "vx").max_speed
-        continuous = any(m.sensor.name == height and m.frame == "continuous" for m in self.monitored)
+        continuous = any(m.sensor.name == self.height and m.frame == "continuous" for m in self.monitored)
         self._jumps = JumpDetector(upward, JUMP) if continuous else None
 
     def signals(self) -> Sequence[Signal]:
         age, found = self.max_age, list[Signal]()
-        if self._twist in self._sizes_of:
+        if self.twist in self._sizes_of:
             found += [
                 Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
                 Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
                 Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from this motion."),
             ]
             found += declared(self._course, age)
-        tilt_and_height = {self._attitude: "tilt", self._height: "height"}
+        tilt_and_height = {self.attitude: "tilt", self.height: "height"}
         return found + declared([signal for name, signal in tilt_and_height.items() if name in self._sizes_of], age)
 
     def expects(self) -> Mapping[str, int]:
@@ -68,23 +69,23 @@ class MotionMonitor(Monitor):
     def reject(self, sensor: str, reading: Reading) -> str:
         if any(map(math.isinf, reading.values)):
             return "the reading is infinite"
-        if sensor != self._height or self._jumps is None or math.isnan(reading.values[0]):
+        if sensor != self.height or self._jumps is None or math.isnan(reading.values[0]):
             return ""
         return self._jumps.reason(reading.values, reading.stamp)
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = {}
-        if self._twist in readings:
-            twist = Twist3(*readings[self._twist].values)
+        if self.twist in readings:
+            twist = Twist3(*readings[self.twist].values)
             written |= {
                 "speed": [twist.forward],
                 "turn_rate": [twist.turn],
                 "stop_distance": [self._locomotion.stop_distance(twist)],
                 **course_values(twist, self._course),
             }
-        if self._attitude in readings:
-            roll, pitch = readings[self._attitude].values
+        if self.attitude in readings:
+            roll, pitch = readings[self.attitude].values
             written["tilt"] = [math.acos(math.cos(roll) * math.cos(pitch))]
-        if self._height in readings:
-            written["height"] = list(readings[self._height].values)
+        if self.height in readings:
+            written["height"] = list(readings[self.height].values)
         return written

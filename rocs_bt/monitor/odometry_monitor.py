@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..base.signal import Signal
 from ..base.units import LENGTH, TURN_RATE
@@ -22,13 +21,17 @@ class OdometryMonitor(Monitor):
 
     The travel counts from an arbitrary start; only differences are used, so a missed reading loses nothing. An odometer
     that jumps, such as one that is reset, is invalid until a later jump has undone the first.
+
+    Attributes:
+        odometer: Name of the odometer (travel of each wheel [m]).
+        gyro: Name of the gyro (turn rate [rad/s]).
     """
 
-    def __init__(self, *args: Any, odometer: str = "odometer", gyro: str = "gyro", **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._odometer = odometer
-        self._gyro = gyro
-        self._has_gyro = any(each.sensor.name == gyro for each in self.monitored)
+    odometer: str = "odometer"
+    gyro: str = "gyro"
+
+    def __post_init__(self) -> None:
+        self._has_gyro = any(each.sensor.name == self.gyro for each in self.monitored)
         locomotion = self.knowledge.robot.locomotion
         self._wheels = len(locomotion.wheels)
         self._jumps = [JumpDetector(limit, JUMP) for limit in locomotion.max_speed[: self._wheels]]
@@ -46,16 +49,16 @@ class OdometryMonitor(Monitor):
         return [travel, rate] if self._has_gyro else [travel]
 
     def expects(self) -> Mapping[str, int]:
-        return {self._odometer: self._wheels, **({self._gyro: 1} if self._has_gyro else {})}
+        return {self.odometer: self._wheels, **({self.gyro: 1} if self._has_gyro else {})}
 
     def reject(self, sensor: str, reading: Reading) -> str:
         if any(map(math.isinf, reading.values)):
             return "the reading is infinite"
-        if sensor != self._odometer or any(map(math.isnan, reading.values)):
+        if sensor != self.odometer or any(map(math.isnan, reading.values)):
             return ""
         wheels = zip(self._jumps, reading.values, strict=True)
         return max((jump.reason([travel], reading.stamp) for jump, travel in wheels), default="")
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        names = {self._odometer: "wheel_travel", self._gyro: "gyro_rate"}
+        names = {self.odometer: "wheel_travel", self.gyro: "gyro_rate"}
         return {signal: list(readings[name].values) for name, signal in names.items() if name in readings}

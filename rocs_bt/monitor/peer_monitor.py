@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated
 
-from ..base.errors import Fault, InputError
 from ..base.signal import Signal
-from ..base.units import ANGLE, LENGTH, NONE
+from ..base.units import ANGLE, LENGTH, NONE, Bounds
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from .monitor import Monitor
@@ -23,21 +22,14 @@ class PeerMonitor(Monitor):
     An empty slot has tag 0, range +inf and bearing 0, so `min(peer_range) < 0.5 m` is a valid guard for any rule. The
     tag of each robot is the attribute `tag` of its `peer` node in Knowledge.
 
-    Args:
+    Attributes:
         max_peers: Maximum number of robots that the sensor reports at once.
-
-    Raises:
-        InputError: max_peers is below 1.
     """
 
-    def __init__(self, *args: Any, max_peers: int, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._max_peers = int(max_peers)
-        if self._max_peers < 1:
-            raise InputError(Fault(f"max_peers of monitor '{self.name}' must be at least 1, found {max_peers}."))
+    max_peers: Annotated[int, Bounds(1)]
 
     def signals(self) -> Sequence[Signal]:
-        size, age = self._max_peers, self.max_age
+        size, age = self.max_peers, self.max_age
         return [
             Signal("peer_tag", size, (NONE,), (0.0, TAGS), age, "Tag of the robot in each slot; 0 if empty."),
             Signal("peer_range", size, (LENGTH,), (0.0, math.inf), age, "Range of the robot; +inf if empty."),
@@ -45,7 +37,7 @@ class PeerMonitor(Monitor):
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.monitored[0].sensor.name: 3 * self._max_peers}
+        return {self.monitored[0].sensor.name: 3 * self.max_peers}
 
     def varies(self, sensor: str) -> bool:
         """Whether a robot is in view and a wheel turns; an empty view may repeat."""

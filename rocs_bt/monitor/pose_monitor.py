@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..base.geometry import wrap_angle
 from ..base.signal import Signal
@@ -30,43 +29,38 @@ class PoseMonitor(Monitor):
     The frame of odometry is continuous (REP 105). A sensor in such a frame that jumps is invalid, until a later jump
     has undone the first: its frame is no longer that of the goals. A jump of a localiser is reported as a Change.
 
-    Args:
+    Attributes:
         position: Name of the position sensor (x, y and optional further values [m], world frame).
         orientation: Name of the orientation sensor (yaw [rad]).
         continuous: If False, neither sensor is in a continuous frame, as of a localiser. If True, it depends on the
             driver: `SensorSpec.frame`.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        position: str = "position",
-        orientation: str = "orientation",
-        continuous: bool = True,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
+    position: str = "position"
+    orientation: str = "orientation"
+    continuous: bool = True
+
+    def __post_init__(self) -> None:
         self._frames = {
-            each.sensor.name: "corrected" if each.frame and not continuous else each.frame for each in self.monitored
+            each.sensor.name: "corrected" if each.frame and not self.continuous else each.frame
+            for each in self.monitored
         }
         limits = self.knowledge.robot.locomotion
         self._jumps = {
             each: JumpDetector(limits.speed_limit, JUMP)
-            if each == position
+            if each == self.position
             else JumpDetector(limits.turn_limit, TURN_JUMP, math.tau)
             for each in self._frames
         }
-        self._position = position
-        self._orientation = orientation
         self._latest: dict[str, Reading] = {}
 
     def stamp(self, readings: Mapping[str, Reading]) -> float:
-        return min(self._latest[self._position].stamp, self._latest[self._orientation].stamp)
+        return min(self._latest[self.position].stamp, self._latest[self.orientation].stamp)
 
     def reject(self, sensor: str, reading: Reading) -> str:
         if any(map(math.isinf, reading.values)):
             return "the reading is infinite"
-        values = reading.values[:2] if sensor == self._position else reading.values[:1]
+        values = reading.values[:2] if sensor == self.position else reading.values[:1]
         if not self._frames[sensor] or any(map(math.isnan, values)):
             return ""
         if self._frames[sensor] == "continuous":
@@ -87,7 +81,7 @@ class PoseMonitor(Monitor):
         """Whether the robot drives (for a position) or turns (for an orientation)."""
         twist = self.knowledge.robot.locomotion.twist(self.knowledge.robot.motion())
         return (
-            abs(twist.turn) > TURNING if sensor == self._orientation else math.hypot(twist.forward, twist.left) > MOVING
+            abs(twist.turn) > TURNING if sensor == self.orientation else math.hypot(twist.forward, twist.left) > MOVING
         )
 
     def signals(self) -> Sequence[Signal]:
@@ -106,16 +100,16 @@ class PoseMonitor(Monitor):
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self._position: 3, self._orientation: 1}
+        return {self.position: 3, self.orientation: 1}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         self._latest.update(readings)
-        if self._position not in self._latest or self._orientation not in self._latest:
+        if self.position not in self._latest or self.orientation not in self._latest:
             return {}
-        if self._position not in readings and self._orientation not in readings:
+        if self.position not in readings and self.orientation not in readings:
             return {}
-        x, y = self._latest[self._position].values[:2]
-        yaw = self._latest[self._orientation].values[0]
+        x, y = self._latest[self.position].values[:2]
+        yaw = self._latest[self.orientation].values[0]
         world = self.knowledge.world
         pursued = world.pursued()
         goal = world.pose_of(pursued) if pursued is not None else None
@@ -130,15 +124,13 @@ class FixMonitor(Monitor):
 
     These signals are not accurate enough for driving; Localise estimates the pose from them.
 
-    Args:
+    Attributes:
         position: Name of the position sensor (x, y and optional further values [m], world frame).
         orientation: Name of the orientation sensor (yaw [rad]).
     """
 
-    def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self._position = position
-        self._orientation = orientation
+    position: str = "position"
+    orientation: str = "orientation"
 
     def signals(self) -> Sequence[Signal]:
         age = self.max_age
@@ -148,16 +140,16 @@ class FixMonitor(Monitor):
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self._position: 3, self._orientation: 1}
+        return {self.position: 3, self.orientation: 1}
 
     def reject(self, sensor: str, reading: Reading) -> str:
         return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         found: dict[str, list[float]] = {}
-        if (position := readings.get(self._position)) is not None:
+        if (position := readings.get(self.position)) is not None:
             found["fix"] = list(position.values[:2])
-        if (orientation := readings.get(self._orientation)) is not None:
+        if (orientation := readings.get(self.orientation)) is not None:
             yaw = orientation.values[0]
             found["compass"] = [wrap_angle(yaw) if math.isfinite(yaw) else math.nan]
         return found

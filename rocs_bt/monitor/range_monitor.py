@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from ..base.errors import Fault, InputError
 from ..base.signal import Signal
-from ..base.units import LENGTH, Metres, Radians
-from ..declare import Value
+from ..base.units import LENGTH, Bounds, Metres, Radians
+from ..declare import Open, Value
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from .course import course_range, declared
@@ -45,8 +45,8 @@ class GroupTable(Value):
         blind: Whether the robot has no sensor in this direction.
     """
 
-    beams: Sequence[int] = ()
-    weights: Sequence[float] = ()
+    beams: tuple[int, ...] = ()
+    weights: tuple[float, ...] = ()
     blind: bool = False
 
 
@@ -63,43 +63,31 @@ class RangeMonitor(Monitor):
     the range in the direction of motion. It is +inf while the robot is stationary, and if no beam is within 60 deg of
     this direction.
 
-    Args:
+    Attributes:
         beams: Number of beams of the sensor.
         min_vanish_range: Range below which an echo cannot vanish from all beams between two readings [m]; 0 disables
             the check. A ring without any echo after such an echo counts as broken until it has an echo again.
         bearings: Bearings of the beams, body frame, left positive [rad], one per beam; empty if unknown.
         group: Groups by name: `beams` (indices into the sensor's values) and `weights` (default 1), or `blind = true`.
-
-    Attributes:
-        beams: Number of beams of the sensor.
         groups: Groups by name.
 
     Raises:
-        InputError: The number of beams is out of range, or a group is invalid.
+        InputError: A group is invalid.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        beams: int,
-        group: Mapping[str, GroupTable] | None = None,
-        min_vanish_range: Metres = 0.0,
-        bearings: Sequence[Radians] = (),
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, **kwargs)
-        self._min_vanish_range = min_vanish_range
+    beams: Annotated[int, Bounds(1, MOST_BEAMS)]
+    group: Mapping[str, GroupTable] = Open()
+    min_vanish_range: Metres = 0.0
+    bearings: tuple[Radians, ...] = ()
+
+    def __post_init__(self) -> None:
         self._nearest = math.inf
-        self.beams = int(beams)
-        if not 1 <= self.beams <= MOST_BEAMS:
-            bound = "at least 1" if self.beams < 1 else f"at most {MOST_BEAMS}"
-            raise InputError(Fault(f"beams of monitor '{self.name}' must be {bound}, found {beams}."))
-        if bearings and len(bearings) != self.beams:
-            found = f"found {len(bearings)} for {self.beams} beams"
+        if self.bearings and len(self.bearings) != self.beams:
+            found = f"found {len(self.bearings)} for {self.beams} beams"
             raise InputError(Fault(f"bearings of monitor '{self.name}' must be one angle per beam, {found}."))
-        lateral = bool(bearings) and "vy" in self.knowledge.robot.axes
-        self._bearings = np.array(bearings, dtype=float) if lateral else None
-        self.groups = {name: self._checked(name, g) for name, g in (group or {}).items()}
+        lateral = bool(self.bearings) and "vy" in self.knowledge.robot.axes
+        self._bearings = np.array(self.bearings, dtype=float) if lateral else None
+        self.groups = {name: self._group(name, table) for name, table in self.group.items()}
 
     def signals(self) -> Sequence[Signal]:
         def declare(name: str, size: int, doc: str) -> Signal:
@@ -122,7 +110,7 @@ class RangeMonitor(Monitor):
         if any(map(math.isnan, values)):
             values = [v for v in values if not math.isnan(v)]
         nearest = min(values, default=math.nan)
-        if nearest == math.inf and self._nearest < self._min_vanish_range:
+        if nearest == math.inf and self._nearest < self.min_vanish_range:
             return f"silent: the echo at {self._nearest:.2f} m vanished from all beams at once"
         if not math.isnan(nearest):
             self._nearest = nearest
@@ -139,7 +127,7 @@ class RangeMonitor(Monitor):
             written["course_range"] = [course_range(self._bearings, np.array(values), twist)]
         return written
 
-    def _checked(self, name: str, group: GroupTable) -> BeamGroup:
+    def _group(self, name: str, group: GroupTable) -> BeamGroup:
         beams, weights = tuple(group.beams), tuple(group.weights or (1.0,) * len(group.beams))
         where = f"group '{name}' of monitor '{self.name}'"
         if group.blind:

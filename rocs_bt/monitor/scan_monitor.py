@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
 from ..base.units import LENGTH, Bounds, Radians, Seconds
-from ..declare import Value
+from ..declare import Open, Value
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
 from .course import course_range, declared
@@ -45,8 +45,8 @@ class SectorTable(Value):
         blind: Whether the scanner has no ray in this direction.
     """
 
-    sectors: Sequence[tuple[Radians, Radians]] = ()
-    weights: Sequence[float] = ()
+    sectors: tuple[tuple[Radians, Radians], ...] = ()
+    weights: tuple[float, ...] = ()
     blind: bool = False
 
 
@@ -63,7 +63,7 @@ class ScanMonitor(Monitor):
 
     The scanner's geometry is that of the sensor with this signal in robot.toml: `rays`, `span` and `mount`.
 
-    Args:
+    Attributes:
         group: Groups by name: `sectors`, pairs of bearings from the scanner's axis, left positive [rad], and `weights`
             (default 1); or `blind = true` for a direction without rays.
         frozen_after: Parameter of every Monitor; ranges of a scanner have noise, so that two scans in motion differ.
@@ -73,14 +73,10 @@ class ScanMonitor(Monitor):
             declared.
     """
 
-    def __init__(
-        self,
-        *args: Any,
-        group: Mapping[str, SectorTable] | None = None,
-        frozen_after: Annotated[Seconds, Bounds(infinite=True)] = 0.5,
-        **kwargs: Any,
-    ) -> None:
-        super().__init__(*args, frozen_after=frozen_after, **kwargs)
+    group: Mapping[str, SectorTable] = Open()
+    frozen_after: Annotated[Seconds, Bounds(infinite=True)] = 0.5
+
+    def __post_init__(self) -> None:
         scanner = self.knowledge.robot.scanner(SCAN)
         if scanner.rays > MOST_BEAMS or not 0.0 < scanner.span <= math.tau + 1e-9:
             found = f"{scanner.rays} and {math.degrees(scanner.span):.4g} deg"
@@ -90,7 +86,7 @@ class ScanMonitor(Monitor):
         self._lateral = "vy" in self.knowledge.robot.axes
         self._directions = self._bearings + scanner.mount.yaw
         self._hull = _to_hull(self._bearings, scanner.mount, self._half_sizes())
-        self._groups = {name: self._sectors(name, table) for name, table in (group or {}).items()}
+        self._groups = {name: self._sectors(name, table) for name, table in self.group.items()}
         sectors = [sector for group in self._groups.values() for sector in group]
         self._edges = [edge for sector in sectors for edge in (sector.first, sector.last)]
         self._weights = [sector.weight for sector in sectors]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -31,8 +30,7 @@ class WheelMonitor(Monitor):
         InputError: The robot has no wheels.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
+    def __post_init__(self) -> None:
         self._locomotion = self.knowledge.robot.locomotion
         self._course = course_signals(self._locomotion)
         if not self._locomotion.wheels:

@@ -7,7 +7,6 @@ import pytest
 
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
@@ -157,11 +156,6 @@ def test_contact_comes_sooner_where_a_turn_skids_towards_it():
     skidding.knowledge.robot.locomotion = make_locomotion("skid", icr_offset=0.3, **limits)
     rolls, skids = (each.look(beside, speed=1.0, turn=0.5) for each in (bench, skidding))
     assert skids < rolls
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match="cell_size, map_size of 'map' must be finite and above 0"):
-        Bench(cell_size=0.0, map_size=-1.0)
 
 
 def test_recorded_changes_add_up_to_the_map():

@@ -18,32 +18,27 @@ from rocs_bt.base.errors import InputError, UnitError
 from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
-from rocs_bt.declare import Field, constructor_fields, fields_of, read_arguments
+from rocs_bt.declare import Field, fields_of, read_arguments
 from rocs_bt.drivers.simulated import ACTUATORS, SENSORS
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
 from rocs_bt.plan import mission_parameters
 
-BLOCK = {"monitor": ("name", "monitored", "knowledge", "sink"), "analyze": ("name", "knowledge", "sink")}
-
 
 def owners() -> Iterator[tuple[str, type, Mapping[str, Field]]]:
     """Name, documented class and parameters of every shipped class whose parameters files give."""
-    yield from ((n, c, constructor_fields(c, BLOCK["monitor"])) for n, c in MONITORS.items())
-    yield from ((n, c, constructor_fields(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
-    yield from ((n, c, {f.name: f for f in fields_of(c)}) for n, c in {**SENSORS, **ACTUATORS}.items())
+    declared: Any = {**MONITORS, **ANALYZERS, **SENSORS, **ACTUATORS}
+    yield from ((n, c, {f.name: f for f in fields_of(c)}) for n, c in declared.items())
     yield from ((n, c, parameters_of(c)) for n, c in action_table().items())
     catalog, seen = Catalog(), set[str]()
     for robot in (catalog.load_robot(entry.name) for entry in catalog.list("robot")):
-        blocks = [(b, BLOCK["monitor"]) for b in robot.monitors] + [(b, BLOCK["analyze"]) for b in robot.analyzers]
-        devices = [*robot.sensors, *robot.actuators]
-        for reference, positional in [(b.cls, p) for b, p in blocks] + [(d.driver, None) for d in devices]:
+        blocks, devices = [*robot.monitors, *robot.analyzers], [*robot.sensors, *robot.actuators]
+        for reference in (*(block.cls for block in blocks), *(device.driver for device in devices)):
             file, _, name = reference.partition(":")
             if name and reference not in seen:
                 seen.add(reference)
                 cls = catalog.load_class(robot.beside(file), name)
-                fields = fields_of(cls) if positional is None else constructor_fields(cls, positional).values()
-                yield reference, cls, {each.name: each for each in fields}
+                yield reference, cls, {each.name: each for each in fields_of(cls)}
 
 
 OWNERS = list(owners())

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import rocs_bt.simulation.identified_file
 import rocs_bt.simulation.scripted_objects
 import rocs_bt.simulation.scripted_robots  # noqa: F401 - declares classes, as those above
+from rocs_bt.analyze import Analyze
 from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.toml_text import as_toml
@@ -46,11 +47,13 @@ from rocs_bt.declare import (
     fields_of,
     place_of,
     read,
+    read_arguments,
     read_root,
     read_value,
     read_values,
     replaced,
 )
+from rocs_bt.monitor import Monitor
 
 
 class Device(Declared):
@@ -185,6 +188,9 @@ def faults(cls: type[Declared], text: str, folder: Path) -> tuple[Fault, ...]:
     file.write_text(text, "utf-8")
     try:
         root = read_toml(file)
+        if issubclass(cls, (Monitor, Analyze)):
+            read_arguments({each.key: each for each in fields_of(cls)}, Open.of(root, root.data), cls.__name__)
+            return ()
         read(cls, root, Scope(names={"agent": ["any", "a"], "goal": ["a"], "robot": ["a"]}))
         root.done()
     except InputError as error:

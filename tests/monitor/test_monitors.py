@@ -163,12 +163,6 @@ def test_a_group_that_cannot_be_is_refused(robot, group, message):
     assert message in str(error.value)
 
 
-@pytest.mark.parametrize(("beams", "bound"), [(0, "at least 1"), (1001, "at most 1000"), (10**8, "at most 1000")])
-def test_a_number_of_beams_that_cannot_be_is_refused(robot, beams, bound):
-    with pytest.raises(InputError, match=f"beams of monitor 'sonar monitor' must be {bound}, found {beams}"):
-        robot.watch(RangeMonitor, robot.sensor("sonar", 4), beams=beams)
-
-
 def test_a_sensor_that_refuses_goes_stale_and_is_told_once(robot, sonar):
     sonar.values = [1.0] * 4
     robot.step(3)
@@ -405,11 +399,6 @@ def test_a_peer_that_cannot_be_is_nan_and_told(robot, peers):
     assert [e.sensor for e in robot.of(SensorFailed)] == ["robots"]
 
 
-def test_a_robot_sensor_needs_a_slot(robot):
-    with pytest.raises(InputError, match="max_peers of monitor 'robots monitor' must be at least 1"):
-        robot.watch(PeerMonitor, robot.sensor("robots", 6), max_peers=0)
-
-
 @pytest.mark.parametrize("kept", [1, 3])
 def test_the_newest_messages_are_nodes_and_all_are_counted(robot, kept):
     inbox = robot.sensor("inbox", 0)
@@ -425,8 +414,3 @@ def test_the_newest_messages_are_nodes_and_all_are_counted(robot, kept):
     for n in newest:
         node = graph.attributes(f"message {n}")
         assert (node["sender"], node["text"], node["number"]) == ("R1", f"text {n}", n)
-
-
-def test_a_message_monitor_that_keeps_nothing_is_refused(robot):
-    with pytest.raises(InputError, match="must be at least 1, found 0"):
-        robot.watch(MessageMonitor, robot.sensor("inbox", 0), max_messages=0)

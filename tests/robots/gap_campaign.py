@@ -50,7 +50,7 @@ def runner() -> EpisodeRunner:
 
 def through_a_gap(robot: str, index: int) -> EpisodeRecord:
     """Play one scene with a robot."""
-    width = runner().catalog.load_robot(robot).width + ROOM
+    width = runner().catalog.load_robot(robot).body.width + ROOM
     gaps = Gaps(robot=robot, width=width)
     planner = PlannerSpec(name="navigate", mission="navigate", rules=("contact",), parameters={"goal": "goal"})
     scene = GeneratedScene.of(gaps.scene(index))

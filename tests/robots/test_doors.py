@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.declare import constructor_fields, read_arguments
+from rocs_bt.declare import fields_of, read_fields
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import Knowledge
@@ -21,8 +20,7 @@ CATALOG = Catalog()
 ROBOT = CATALOG.load_robot("quadrotor")
 SPEC = next(spec for spec in ROBOT.analyzers if spec.name == "doors")
 FILE = ROBOT.file.with_name("doors.py"), "ObserveDoors"
-DECLARED = constructor_fields(CATALOG.load_class(*FILE), ("name", "knowledge", "sink"))
-PARAMETERS = read_arguments(DECLARED, SPEC.parameters, "doors")
+PARAMETERS = read_fields(fields_of(CATALOG.load_class(*FILE)), SPEC.parameters, "doors")
 BEAMS, RADIUS, WIDTH = 16, 0.338, 1.1
 Wall = Callable[[float], bool]
 """Whether something solid is in the plane of the door, by the position along it from the middle of the door [m]."""
@@ -162,10 +160,3 @@ def test_a_door_without_its_size_or_place_stays_unknown(unknown: dict[str, None]
     watcher = Watcher()
     watcher.knowledge.graph.set("door", **unknown)
     assert watcher.watch(opened) is None
-
-
-def test_parameters_must_be_positive() -> None:
-    cls = CATALOG.load_class(*FILE)
-    knowledge = Watcher().knowledge
-    with pytest.raises(InputError, match="'doors' must be above 0, found"):
-        cls("doors", knowledge, ListSink(), **{**PARAMETERS, "max_range": 0.0})

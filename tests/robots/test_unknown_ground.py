@@ -46,7 +46,8 @@ def played(robot, pose, mission, rules=(), duration=6.0, goal=None):
 @pytest.mark.parametrize("robot", WHEELED)
 @pytest.mark.parametrize("gap", [0.05, 0.3])
 def test_it_does_not_back_into_a_wall(robot, gap, back_off):
-    x = WEST + 0.5 * ROBOTS[robot].length + 0.08 + gap  # no hull begins more than 0.08 m behind the middle of its box
+    # No hull begins more than 0.08 m behind the middle of its box.
+    x = WEST + 0.5 * ROBOTS[robot].body.length + 0.08 + gap
     found = played(robot, Pose2(x, -1.0, 0.0), back_off)
     assert not found.collisions
     sees = robot not in ("jackal", "summit_xl")

@@ -32,9 +32,7 @@ class Warmth(Monitor):
 class Heat(Analyze):
     """Compare with a limit."""
 
-    def __init__(self, *args, limit: Metres = 1.0, **kwargs):
-        super().__init__(*args, **kwargs)
-        self.limit = limit
+    limit: Metres = 1.0
 
     def process(self, t):
         pass
