@@ -128,7 +128,9 @@ def _is_recording(run: Path) -> bool:
 def _chosen(states: Mapping[str, State], agent: str | None, file: Path) -> State:
     """State of the named agent, or of the only one."""
     if agent is None and len(states) != 1:
-        raise InputError(f"'{file}' contains the knowledge of {', '.join(states) or 'no agent'}. Name one of them.")
+        raise InputError(
+            f"'{file}' contains the knowledge of {', '.join(states) or 'no agent'}. Choose one with --agent."
+        )
     if agent is not None and agent not in states:
         raise InputError(unknown("agent", agent, states, f"'{file}'"))
     return states[agent] if agent is not None else next(iter(states.values()))

@@ -12,7 +12,7 @@ from .model import Model
 from .movers import Movers
 from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View, Window
 from .query import Answers, Find, Query, QueryContext, compile_query, find
-from .readable import NoPast, Past, Readable, Stamp
+from .readable import Readable, Stamp
 from .roadmap import Roadmap, Route, add_lattice_roads, segment_distance
 from .robot import RobotModel
 from .schema import POSE, SCHEMA, Schema, load_schema, schema_text
@@ -39,9 +39,7 @@ __all__ = [
     "Live",
     "Model",
     "Movers",
-    "NoPast",
     "OccupancyGrid",
-    "Past",
     "Query",
     "QueryContext",
     "Readable",

@@ -14,7 +14,6 @@ from ..event import Event, EventSink
 from .graph import KnowledgeGraph
 from .history import ChangeLog, State
 from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
-from .readable import Past
 from .schema import Schema
 from .signals import SignalTable
 
@@ -63,7 +62,7 @@ class KnowledgeBase(ABC):
         sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Measured values, which change in every control period.
-        past: Earlier states of the graph, for `as of` queries.
+        past: Log of the graph's changes, for `as of` queries.
 
     Raises:
         KnowledgeError: The agent has no name.
@@ -75,9 +74,8 @@ class KnowledgeBase(ABC):
         self.agent = agent
         self.clock = clock
         self.sink = sink
-        log = ChangeLog(State(agent, schema), keep=_CHANGES)
-        self.past: Past = log
-        self.graph = KnowledgeGraph(clock, _Logged(sink, log), agent, schema)
+        self.past = ChangeLog(State(agent, schema), keep=_CHANGES)
+        self.graph = KnowledgeGraph(clock, _Logged(sink, self.past), agent, schema)
         self.signals: SignalTable = _Signals(self.graph)
         self.graph.add(agent, "robot")
         self._queries: dict[Any, Query] = {}

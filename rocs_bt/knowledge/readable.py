@@ -11,9 +11,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-from ..base.errors import KnowledgeError
 from ..base.geometry import Pose2
 from .declaration import lookup
 from .schema import Schema
@@ -210,29 +209,3 @@ class Readable(ABC):
 
 def _known(row: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str, Any]:
     return {name: row[name] for name in declared if row[name] is not None}
-
-
-class Past(Protocol):
-    """Source of earlier states of a graph."""
-
-    def as_of(self, t: float) -> Readable:
-        """State of the graph at a time [s].
-
-        Raises:
-            KnowledgeError: No state is kept for that time.
-        """
-
-
-class NoPast:
-    """Past of a graph without a history; refuses every query."""
-
-    def as_of(self, t: float) -> Readable:
-        """Refuse the query.
-
-        Raises:
-            KnowledgeError: Always.
-        """
-        raise KnowledgeError(
-            f"no history of the graph is given, so its state at {t:g} s is not available. Query a recording or the "
-            "Knowledge of a running agent, which keep it."
-        )

@@ -74,7 +74,7 @@ def test_the_mock_sees_what_mujoco_sees(
     # Grazing rays may differ: a cylinder is an ideal one in both, but rounding decides on its edge.
     differing = [
         (a, b)
-        for a, b in zip(post_sonar.read().values, seen, strict=True)
+        for a, b in zip(post_sonar.measure().values, seen, strict=True)
         if not (a == b or abs(a - b) < 1e-4 or abs(min(a, b) - 1.0) < 1e-4)
     ]
     assert len(differing) <= 1
@@ -110,7 +110,7 @@ def test_it_sees_other_robots_and_not_itself(make_world: MakeWorld, p3dx: RobotS
     sonar = sonar_of(world, p3dx)
     assert all(v == math.inf for v in sonar.read().values)
     world.place("R1", Pose2(0.9, 0.0, math.pi))
-    assert min(sonar.read().values) == pytest.approx(0.9 - 0.183 - 0.166, abs=0.02)
+    assert min(sonar.measure().values) == pytest.approx(0.9 - 0.183 - 0.166, abs=0.02)
 
 
 def test_a_reading_is_of_the_instant_it_is_read(make_world: MakeWorld, p3dx: RobotSpec) -> None:

@@ -27,9 +27,9 @@ def test_travel_is_in_whole_counts_and_grows_without_end() -> None:
     given = {"motors": ["a", "b"], "wheel_radius": 0.1, "signs": [1, -1], "counts": 8}
     sensor, eighth = make_device(robot.world, robot.name, "o", "wheel_travel", given), 0.1 * math.tau / 8.0
     robot.wheel_travel = [0.99 * eighth, 0.01 * eighth]
-    assert sensor.read().values == pytest.approx([0.0, eighth])
+    assert sensor.sample() == pytest.approx([0.0, eighth])
     robot.wheel_travel = [100.5 * eighth, -0.5 * eighth]
-    assert sensor.read().values == pytest.approx([100.0 * eighth, 0.0])
+    assert sensor.sample() == pytest.approx([100.0 * eighth, 0.0])
 
 
 @pytest.mark.parametrize("wrong", [{"counts": 0}, {"counts": 1.5}, {}])

@@ -1,14 +1,12 @@
 """The Act leaf: submit, wait, be pre-empted, be halted, give up."""
 
-import math
-
 import pytest
-from py_trees.common import ParallelPolicy, Status
-from py_trees.composites import Parallel, Selector, Sequence
+from py_trees.common import Status
+from py_trees.composites import Selector
 
 from rocs_bt.actions import Flinch, SetWheelSpeed
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.event import Replanned, TicketChanged
+from rocs_bt.event import Replanned
 from rocs_bt.interfaces.action import Reason
 from rocs_bt.interfaces.pipeline import TicketState
 
@@ -73,18 +71,6 @@ def test_after_a_reflex_the_timers_go_on(mind):
     assert 3.0 <= mind.rig.clock.now() < 4.2, "a reflex may be what is on when the three seconds are over"
 
 
-def test_after_a_reflex_looking_for_a_leader_goes_on(mind):
-    mind.rig.knowledge.graph.add("R2", "peer", tag=2)
-    leaf = mind.mission.act("FollowRobot", leader="R2", patience=1.0, max_preemptions=100)
-    plan = mind.start(leaf)
-    while plan.status == "RUNNING" and mind.rig.clock.now() < 20.0:
-        mind.run(20)
-        mind.flinch(Flinch(speed=-0.05, distance=0.1))  # two seconds, in which it does not look
-    assert leaf.failure.reason is Reason.LOST_LEADER
-    assert "not found in a search of 7.3 s" in plan.reason
-    assert leaf.replans >= 3
-
-
 def test_an_action_that_begins_anew_takes_over_nothing(mind):
     """Only what a reflex cut off is gone on with: a leaf that is halted and ticked again asks anew."""
     graph = mind.rig.knowledge.graph
@@ -117,19 +103,6 @@ def test_while_a_reflex_is_active_nothing_is_submitted(mind, goal):
     assert mind.rig.wheels.speeds == [0.0, 0.0]
 
 
-def test_progress_of_the_mission_is_kept_through_a_reflex(mind, goal):
-    turn, go = mind.mission.act("TurnTo", yaw=0.5), mind.mission.act("GoTo", goal=goal)
-    mind.start(Sequence("go", memory=True, children=[turn, go]))
-    while turn.status is not Status.SUCCESS:
-        mind.run()
-    mind.run(20)
-    mind.flinch(Flinch(speed=-0.3))
-    mind.until_done()
-    turns = {e.ticket for e in mind.rig.of(TicketChanged) if e.action == "TurnTo"}
-    assert len(turns) == 1
-    assert (turn.replans, go.replans) == (0, 1)
-
-
 def test_a_halted_leaf_cancels_its_own_ticket_and_only_that(mind, goal):
     stop = mind.mission.when("front < 0.5 m")
     leaf = mind.mission.act("GoTo", goal=goal)
@@ -144,17 +117,6 @@ def test_a_halted_leaf_cancels_its_own_ticket_and_only_that(mind, goal):
     assert mind.plan.status == "SUCCESS"
 
 
-def test_a_leaf_that_ended_long_ago_cancels_nothing_when_its_parent_begins_anew(mind, goal):
-    turn = mind.mission.act("TurnTo", yaw=0.0)
-    root = Sequence("go", memory=True, children=[turn, mind.mission.act("GoTo", goal=goal)])
-    mind.start(root)
-    mind.run(10)
-    ended = turn.ticket
-    assert turn.status is Status.SUCCESS
-    root.stop(Status.INVALID)
-    assert ended.state is TicketState.SUCCEEDED
-
-
 def test_a_leaf_that_ended_long_ago_leaves_the_goal_to_who_pursues_it_now(mind, goal):
     leaf = mind.mission.act("GoTo", goal=goal)
     mind.start(leaf)
@@ -162,16 +124,6 @@ def test_a_leaf_that_ended_long_ago_leaves_the_goal_to_who_pursues_it_now(mind, 
     mind.rig.knowledge.world.pursue(goal)
     leaf.stop(Status.INVALID)
     assert mind.rig.knowledge.world.pursued() == goal
-
-
-def test_a_halted_leaf_gives_its_goal_up(mind, goal):
-    leaf = mind.mission.act("GoTo", goal=goal)
-    plan = mind.start(leaf)
-    mind.run(5)
-    assert mind.rig.knowledge.world.pursued() == "goal"
-    plan.close()
-    assert mind.rig.knowledge.world.pursued() is None
-    assert leaf.ticket.state is TicketState.CANCELLED
 
 
 def test_it_fails_when_somebody_else_cancels_its_action(mind, goal):
@@ -222,17 +174,6 @@ def test_to_and_fro_is_no_progress(mind, goal):
     assert leaf.failure.reason is Reason.STUCK
 
 
-def test_an_action_that_cannot_measure_its_progress_counts_every_reflex(mind):
-    leaf = mind.mission.act("TurnTo", yaw=3.0, max_preemptions=2)
-    assert math.isnan(leaf.make().remaining(mind.rig.knowledge))
-    mind.start(leaf)
-    for _ in range(3):
-        mind.run(2)
-        mind.flinch(Flinch(speed=-0.3, distance=0.02))
-    mind.run(2)
-    assert leaf.failure.reason is Reason.STUCK
-
-
 def test_a_leaf_that_begins_anew_counts_anew(mind, goal):
     leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=3)
     mind.start(leaf)
@@ -242,18 +183,3 @@ def test_a_leaf_that_begins_anew_counts_anew(mind, goal):
         mind.run(2)
         leaf.stop(Status.INVALID)
     assert leaf.failure is None
-
-
-def test_two_leaves_in_parallel_queue_their_actions(mind, goal):
-    leaves = [mind.mission.act("TurnTo", yaw=0.5), mind.mission.act("GoTo", goal=goal)]
-    plan = mind.start(Parallel("both", policy=ParallelPolicy.SuccessOnAll(), children=leaves))
-    mind.run()
-    assert [t.state for t in (leaf.ticket for leaf in leaves)] == [TicketState.RUNNING, TicketState.QUEUED]
-    mind.until_done()
-    assert plan.status == "SUCCESS"
-
-
-class TestMaking:
-    def test_quantities_carry_their_unit(self, mind, goal):
-        leaf = mind.mission.act("GoTo", goal=goal, cruise="30 cm/s")
-        assert leaf.make().cruise == pytest.approx(0.3)

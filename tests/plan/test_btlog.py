@@ -18,23 +18,6 @@ from .. import needs
 from ..waiting import until
 
 STATUSES = {"R": Status.RUNNING, "S": Status.SUCCESS, "F": Status.FAILURE}
-NAMES = ["IDLE", "RUNNING", "SUCCESS", "FAILURE", "SKIPPED"]
-XML = """
-<root BTCPP_format="4" main_tree_to_execute="Main">
-  <BehaviorTree ID="Main">
-    <Sequence name="top">
-      <Scripted name="first" does="{plan}" _skipIf="x == 4"/>
-      <SubTree ID="Sub" name="s" k="{x}" _onSuccess="done := 1"/>
-      <Fallback>
-        <Inverter><Scripted name="second" does="RRS"/></Inverter>
-        <Scripted name="third" does="FRS"/>
-      </Fallback>
-      <SubTree ID="Sub" name="again" k="{x}"/>
-    </Sequence>
-  </BehaviorTree>
-  <BehaviorTree ID="Sub"><ForceSuccess><Scripted name="inner" does="RF"/></ForceSuccess></BehaviorTree>
-</root>
-"""
 
 
 class Scripted(Leaf):
@@ -77,52 +60,6 @@ def logged(mind, tmp_path):
     return run
 
 
-def tree(mind):
-    mind.mission.board["x"] = 4
-    mind.mission.board["plan"] = "RS"
-    return load_xml(XML, {**BUILTIN, "Scripted": Scripted})
-
-
-def test_the_document_numbers_every_node_and_tells_each_use_of_a_subtree(logged, mind):
-    document, first, _ = logged(tree(mind), 1)
-    assert (document.tag, document.get("BTCPP_format"), first) == ("root", "4", 0)
-    trees = document.findall("BehaviorTree")
-    assert [(t.get("ID"), t.get("_fullpath")) for t in trees] == [("test", ""), ("Sub", "s"), ("Sub", "again")]
-    uids = [int(node.get("_uid")) for t in trees for node in t.iter() if node.get("_uid")]
-    assert sorted(uids) == list(range(1, len(mind.plan.tree.nodes) + 1))
-    for t in trees:
-        for node in t.iter():
-            if node.get("_uid") and node.tag != "SubTree":
-                assert mind.plan.tree.nodes[int(node.get("_uid")) - 1].name == node.get("name")
-    known = {m.get("ID") for m in document.find("TreeNodesModel")}
-    assert {node.tag for t in trees for node in t.iter()} - {"BehaviorTree", "SubTree"} <= known
-    assert [p.get("name") for p in document.find("TreeNodesModel/Action[@ID='Scripted']")] == ["does"]
-
-
-def test_the_changes_are_those_of_the_tree_in_the_runs_own_time(logged, mind):
-    _, _, changes = logged(tree(mind))
-    assert [t for t, _, _ in changes] == sorted(t for t, _, _ in changes)
-    assert {t % 50_000 for t, _, _ in changes} == {0}
-    names = {uid: node.name for uid, node in enumerate(mind.plan.tree.nodes, 1)}
-    assert [NAMES[s] for _, uid, s in changes if names[uid] == "second"] == ["RUNNING", "SUCCESS", "IDLE"]
-    assert "first" not in {names[uid] for _, uid, _ in changes}  # it was skipped, which is to be idle
-    said = {}
-    for _, uid, status in changes:
-        assert said.get(uid, 0) != status
-        said[uid] = status
-
-
-def test_the_same_run_gives_the_same_bytes(mind, tmp_path):
-    for name in ("a", "b"):
-        plan = mind.start(
-            load_xml(XML.replace("{plan}", "RS").replace("x == 4", "false"), {**BUILTIN, "Scripted": Scripted})
-        )
-        log = BtLog(tmp_path / f"{name}.btlog", plan.tree, plan.name)
-        plan.run(0.0)
-        log.close()
-    assert (tmp_path / "a.btlog").read_bytes() == (tmp_path / "b.btlog").read_bytes()
-
-
 def test_py_trees_own_nodes_are_told_too(logged):
     stock = py_trees.composites.Selector(
         "either", memory=True, children=[py_trees.behaviours.Failure("no"), Scripted("ours")]
@@ -158,12 +95,6 @@ def test_more_nodes_than_the_format_can_number_are_refused(mind, tmp_path, monke
     plan = mind.start(BUILTIN["Sequence"]("top", [Scripted("a"), Scripted("b")]))
     with pytest.raises(InputError, match=r"has 3 nodes; a \.btlog file can hold at most 2.*live page"):
         BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
-
-
-def test_a_place_that_cannot_be_written_is_told(mind, tmp_path):
-    plan = mind.start(Scripted("a"))
-    with pytest.raises(RecordingError, match="cannot write the log"):
-        BtLog(tmp_path / "nowhere" / "R1.btlog", plan.tree, plan.name)
 
 
 @needs.linux("has /dev/full, a disk that is always full")

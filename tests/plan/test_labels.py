@@ -5,7 +5,6 @@ import re
 import pytest
 
 from rocs_bt import Catalog, Recording, run
-from rocs_bt.plan import xml_mission
 from rocs_bt.record import explain
 
 from ..pages import data_of
@@ -50,15 +49,6 @@ LEAVES = {
 
 def ports(plan):
     return {node.path: node.ports for node in plan.tree_nodes()}
-
-
-def test_leaves_of_xml_show_what_the_file_gives(mind, tmp_path):
-    file = tmp_path / "places.xml"
-    file.write_text(TREE)
-    plan = mind.start(xml_mission(file)(mind.mission))
-    assert {path.partition("Sequence/")[2]: text for path, text in ports(plan).items() if path.count("/")} == {
-        path.partition("/")[2]: text for path, text in LEAVES.items()
-    }
 
 
 def test_leaves_of_python_show_what_their_names_omit(mind):

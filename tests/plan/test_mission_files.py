@@ -6,11 +6,11 @@ from pathlib import Path
 import py_trees
 import pytest
 from py_trees.behaviour import Behaviour
-from py_trees.composites import Selector, Sequence
+from py_trees.composites import Sequence
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.base.units import SPEED, Metres, PositiveMetresPerSecond
+from rocs_bt.base.units import SPEED, PositiveMetresPerSecond
 from rocs_bt.catalog import Catalog
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.plan import Mission, mission_arguments, mission_parameters
@@ -67,27 +67,6 @@ class TestParameters:
             "loud": True,
         }
 
-    @pytest.mark.parametrize(
-        ("given", "messages"),
-        [
-            ({}, ["the mission needs goal"]),
-            ({"goal": "dock", "cruse": "1 m/s"}, ["no parameter is named 'cruse'. Did you mean 'cruise'"]),
-            ({"goal": "dock", "cruise": 0.3}, ["cruise needs a unit"]),
-            ({"goal": "dock", "cruise": "0.3 m"}, ["cruise must be in m/s"]),
-            ({"goal": 3, "rounds": 1.5, "loud": 1}, ["goal must be a text", "rounds must", "loud must"]),
-            ({"goal": "dock", "rounds": True}, ["rounds must be a whole number"]),
-            ({"goal": "dock", "cruise": "-0.5 m/s"}, ["cruise must be positive, found '-0.5 m/s'."]),
-            ({"goal": "dock", "cruise": "0 m/s"}, ["cruise must be positive, found '0 m/s'."]),
-            ({"goal": "dock", "cruise": "inf m/s"}, ["cruise must be finite, found 'inf m/s'."]),
-        ],
-    )
-    def test_all_that_is_wrong_is_told_at_once(self, given, messages):
-        with pytest.raises(InputError) as caught:
-            mission_arguments(typed, given)
-        for message in messages:
-            assert message in str(caught.value)
-        assert len(caught.value.faults) == len(messages)
-
     def test_build_must_have_its_form(self):
         def positional(mission, goal: str, *, cruise=0.5): ...
         def empty(): ...
@@ -109,32 +88,6 @@ class TestParameters:
 
 
 class TestCheck:
-    def test_a_good_mission_has_no_faults(self, rig, check):
-        rig.knowledge.world.place("dock", Pose2(1.0, 0.0), kind="goal")
-        assert check(typed, goal="dock") == []
-
-    def test_a_required_parameter_that_nobody_gives_is_told(self, check):
-        assert [f.message for f in check(typed)] == ["the mission needs goal."]
-
-    def test_all_faults_are_found_at_once(self, check):
-        def build(mission: Mission):
-            return Sequence(
-                "s",
-                memory=True,
-                children=[
-                    mission.act("GoTwo", goal="x"),
-                    mission.act("GoTo", goal="x", cruise="0.5 s"),
-                    mission.act("Flinch"),
-                    mission.when("frnt > 0.5 m"),
-                    mission.wait("2 m"),
-                    Selector("nothing to try", memory=False),
-                ],
-            )
-
-        text = "\n".join(map(str, check(build)))
-        for message in ("'GoTwo'", "cruise of GoTo", "Flinch needs speed", "frnt", "wait must be in s", "no children"):
-            assert message in text
-
     def test_a_goal_that_is_nowhere_is_a_warning_when_places_are_known(self, rig, check):
         assert check(typed, goal="dok") == []
         rig.knowledge.world.place("dock", Pose2(1.0, 0.0), kind="goal")
@@ -150,13 +103,6 @@ class TestCheck:
         (fault,) = check(build)
         assert "not a py_trees behaviour" in str(fault)
 
-    def test_a_build_that_raises_is_a_fault_and_no_crash(self, check):
-        def build(mission: Mission):
-            return mission.fly()
-
-        (fault,) = check(build)
-        assert "AttributeError" in str(fault)
-
     def test_a_leaf_that_is_in_no_tree_is_a_warning(self, check):
         def build(mission: Mission):
             mission.act("TurnTo", yaw=1.0)
@@ -164,7 +110,7 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "test_mission_files.py:162: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
+        assert "test_mission_files.py:108: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
             fault
         )
 
@@ -199,26 +145,3 @@ class TestShipped:
     @pytest.mark.parametrize("file", SHIPPED, ids=lambda f: f.stem)
     def test_every_mission_is_in_the_readmes_table(self, file):
         assert f"`{file.stem}`" in (FOLDER.parent / "README.md").read_text()
-
-    def test_a_circle_around_an_unknown_object_is_refused(self, rig, check):
-        rig.knowledge.world.place("box", Pose2(2.0, 0.0), kind="object")
-        (fault,) = check(load(FOLDER / "circle.py").build, object="bx")
-        assert not fault.warning
-        assert "no object with a known position is named 'bx'" in fault.message
-        assert "'box'" in fault.hint
-
-    @pytest.mark.parametrize("name", ["go_to", "go_to_origin"])
-    def test_it_reaches_the_origin(self, mind, name):
-        mind.rig.put(-1.0, 2.0, -63.0)
-        mind.rig.knowledge.world.place("goal", Pose2(0.0, 0.0), kind="goal")
-        plan = mind.start(load(FOLDER / f"{name}.py").build(mind.mission))
-        mind.until_done()
-        assert plan.status == "SUCCESS"
-        assert mind.rig.pose.distance(Pose2(0.0, 0.0)) < 0.1
-        assert mind.rig.clock.now() < 12.0
-
-
-def test_metres_are_metres():
-    def build(mission: Mission, *, far: Metres = 1.0): ...
-
-    assert mission_arguments(build, {"far": "50 cm"}) == {"far": 0.5}

@@ -2,7 +2,6 @@
 
 import pytest
 
-from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.plan import TreePlan
 from rocs_bt.trees.status import SUCCESS
@@ -98,19 +97,3 @@ def test_the_shipped_ones_are_found_with_their_nodes_and_defaults(mind, tmp_path
     tree = TreePlan(Catalog(tmp_path).load_mission("outer")(mind.mission), mind.mission).tree
     (plan,) = [node for node in tree.nodes if node.name == "ComputeRoute"]
     assert (plan.goal, plan.planner, plan.clearance) == ("dock", "grid_astar", 0.005)
-
-
-@pytest.mark.parametrize(
-    ("outer", "message"),
-    [
-        (root({"outer": '<SubTree ID="iner" k="1"/>'}), "no tree is named 'iner'"),
-        (root({"outer": '\n<SubTree ID="inner" d="1"/>'}), r"outer\.xml:2:1: .*'k'"),
-        (
-            '"""Outer."""\n\n\ndef build(mission):\n    return mission.tree("iner")\n',
-            "no mission in XML is named 'iner'",
-        ),
-    ],
-)
-def test_a_wrong_name_or_a_missing_port_is_told(play, outer, message):
-    with pytest.raises(InputError, match=message):
-        play(outer=outer)

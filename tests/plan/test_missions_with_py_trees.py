@@ -11,7 +11,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NodeTicked, TicketChanged
 from rocs_bt.plan import action_nodes
-from rocs_bt.trees.nodes import BUILTIN, Instant, Registry, Tree
+from rocs_bt.trees.nodes import BUILTIN, Instant, Tree
 
 from ..trees.with_py_trees import Letters, node
 
@@ -57,29 +57,6 @@ class TestMissions:
         assert plan.status == "SUCCESS"
         assert (leaf.ticket.action.goal, leaf.ticket.action.cruise) == ("dock", pytest.approx(0.3))
         assert {e.by for e in mind.rig.of(TicketChanged)} >= {"go/there"}
-
-    @pytest.mark.parametrize(
-        ("attributes", "message"),
-        [
-            ({}, "GoTo needs 'goal'"),
-            ({"goal": "a", "cruise": "3 s"}, "cruise"),
-            ({"goal": "a", "cruise": "-1 m/s"}, "cruise must be"),
-            ({"goal": "a", "speed": "1 m/s"}, "no port is named 'speed'"),
-        ],
-    )
-    def test_what_is_wrong_with_it_is_told_before_it_runs(self, mind, attributes, message):
-        (goes,) = (n for n in action_nodes(mind.rig.actions) if n.tag == "GoTo")
-        with pytest.raises(InputError) as caught:
-            goes("there", **attributes)
-        assert message in str(caught.value)
-
-    def test_a_halted_action_node_cancels_its_ticket(self, mind):
-        mind.rig.knowledge.world.place("dock", Pose2(3.0, 0.0), kind="goal")
-        leaf = Registry(action_nodes(mind.rig.actions)).make("GoTo", "there", [], {"goal": "dock"})
-        plan = mind.start(node("Timeout", leaf, msec="500"))
-        mind.until_done()
-        assert plan.status == "FAILURE"
-        assert leaf.ticket.cancelled_by == "Timeout/there"
 
 
 class TestErrors:

@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.nav2.motion import PATH_END, TrackingFeedback, track
-from rocs_bt.nav2.nodes import NAV2, OWN
+from rocs_bt.nav2.nodes import NAV2
 from rocs_bt.nav2.path import length
 from rocs_bt.trees.nodes import Input, Instant, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
@@ -83,10 +83,6 @@ class TestDecorators:
         made.board["zero"] = 0.0
         assert ticks(mind, made, 12) == [1] * 12
 
-    def test_a_child_that_fails_fails_the_rate_controller(self, tree):
-        made = tree('<RateController><Tally outcome="FAILURE"/></RateController>')
-        assert made.tick() is FAILURE
-
     @pytest.mark.parametrize("tag", ["GoalUpdatedController", "SpeedController min_rate='0.01' max_rate='0.01'"])
     def test_a_goal_that_moves_makes_the_child_due(self, mind, tree, tag):
         made = tree(f"<PipelineSequence><{tag}><Tally/></{tag.split()[0]}>{LASTING}</PipelineSequence>")
@@ -129,13 +125,6 @@ class TestDecorators:
             made.board["path"] = path
             found += ticks(mind, made, 2)
         assert found == [0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1]
-
-    def test_a_goal_updater_hands_the_goals_on(self, tree):
-        made = tree(
-            "<GoalUpdater input_goal='{goal}' input_goals='a;b' output_goal='{one}' output_goals='{all}'><Tally/></GoalUpdater>"
-        )
-        assert made.tick() is SUCCESS
-        assert (made.board["one"], made.board["all"], made.board["n"]) == ("goal", ["a", "b"], 1)
 
 
 class TestConditions:
@@ -214,26 +203,6 @@ class TestConditions:
 
 
 class TestPaths:
-    @pytest.mark.parametrize(
-        ("attributes", "code"),
-        [
-            ("goal='{goal}'", 0),
-            ("goal='0;map;1.0;1.0;0;0;0;0;1'", 0),
-            ("goal='{goal}' start='0;map;1;1;0;0;0;0;1'", 0),
-            ("goal='nowhere'", 200),
-            ("goal='{goal}' planner_id='teleport'", 201),
-        ],
-    )
-    def test_a_path_or_an_error_code(self, tree, attributes, code):
-        made = tree(f"<ComputePathToPose {attributes} path='{{path}}' error_code_id='{{code}}' error_msg='{{why}}'/>")
-        assert made.tick() is (FAILURE if code else SUCCESS)
-        assert made.board["code"] == code
-        assert bool(made.board["why"]) == bool(code)
-        if not code:
-            start = (1.0, 1.0) if "start" in attributes else (0.0, 0.0)
-            assert made.board["path"][0][:2] == pytest.approx(start, abs=1e-6)
-            assert made.board["path"][-1][:2] == pytest.approx((1.0, 1.0) if "map;1.0" in attributes else (2.0, 0.0))
-
     def test_a_path_through_several_goals(self, mind, tree):
         mind.mission.knowledge.world.place("corner", Pose2(1.0, 1.0, 0.0))
         made = tree("<ComputePathThroughPoses goals='corner;goal' path='{path}'/>")
@@ -321,21 +290,6 @@ class TestRoutes:
         assert made.board["path"][-1][:2] == (2.0, 0.0)
         assert (made.board["time"], made.board["code"], made.board["why"]) == (0.0, 0, "")
 
-    @pytest.mark.usefixtures("roads")
-    @pytest.mark.parametrize(
-        ("attributes", "code"),
-        [
-            ("goal_id='nowhere'", 403),
-            ("goal_id='goal' start_id='nowhere'", 403),
-            ("goal_id='goal' planner_id='teleport'", 400),
-        ],
-    )
-    def test_what_cannot_be_planned_is_an_error_code(self, tree, attributes, code):
-        made = tree(self.COMPUTE.format(attributes))
-        assert made.tick() is FAILURE
-        assert made.board["code"] == code
-        assert made.board["why"]
-
     def test_no_roads_and_closed_roads_are_two_error_codes(self, mind, tree, roads):
         made = tree(self.COMPUTE.format("goal_id='goal'"))
         for a, b in (("dock", "goal"), ("bend", "goal")):
@@ -345,15 +299,6 @@ class TestRoutes:
         for a, b in (("dock", "bend"), ("dock", "goal"), ("bend", "goal")):
             roads.unrelate(a, "connects", b)
         assert (made.tick(), made.board["code"]) == (FAILURE, 402)
-
-    def test_a_robot_that_is_lost_has_no_route(self, mind, tree, roads):
-        made = tree(self.COMPUTE.format("goal_id='goal'"))
-        mind.mission.knowledge.robot.pose = lambda *_: Pose2(math.nan, math.nan, math.nan)
-        assert (made.tick(), made.board["code"]) == (FAILURE, 401)
-
-    @pytest.mark.parametrize(("code", "outcome"), [(400, SUCCESS), (402, FAILURE), (404, SUCCESS), (405, SUCCESS)])
-    def test_would_a_route_recovery_help(self, tree, code, outcome):
-        assert tree(f"<WouldARouteRecoveryHelp error_code='{code}'/>").tick() is outcome
 
     @pytest.mark.usefixtures("roads")
     def test_the_robot_drives_along_the_route(self, mind, tree):
@@ -400,14 +345,6 @@ def test_tracking_of_a_path(pose, wanted):
 
 
 class TestMotion:
-    def test_an_empty_path_is_an_error_code(self, mind, tree):
-        root = tree("<FollowPath path='{path}' error_code_id='{code}' error_msg='{why}'/>").root
-        mind.mission.board["path"] = []
-        mind.start(root)
-        mind.until_done()
-        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 1)
-        assert "the path is empty" in mind.mission.board["why"]
-
     @pytest.mark.parametrize(("end", "goal"), [((2.0, 0.0), "goal"), ((2.0, 1.0), PATH_END), ((1.0, 0.0), PATH_END)])
     def test_the_end_of_a_path_is_the_place_that_lies_there(self, mind, tree, end, goal):
         root = tree("<FollowPath path='{path}'/>").root
@@ -454,10 +391,3 @@ class TestMotion:
         mind.start(root)
         mind.until_done()
         assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 701)
-
-
-def test_every_node_says_what_it_is_for():
-    assert len(OWN) > 35
-    assert all(
-        node.description() and all(p.doc or n == "max_preemptions" for n, p in node.ports.items()) for node in OWN
-    )

@@ -7,9 +7,8 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.plan import TreePlan, mission_parameters, xml_mission
-from rocs_bt.ros2.nodes import nav2_servers
 from rocs_bt.ros2.ros_link import GoalState, RosField
-from rocs_bt.trees.nodes import FAILURE, RUNNING, Tree
+from rocs_bt.trees.nodes import FAILURE, RUNNING
 
 from .checking import check_mission
 from .nav2_msgs import TEXT, pose
@@ -75,21 +74,6 @@ def test_any_heading_is_that_of_the_straight_line(mind, served, link):
     assert 2 * math.atan2(turned["z"], turned["w"]) == pytest.approx(math.pi / 2, abs=0.05)
 
 
-@pytest.mark.parametrize(
-    ("line", "keys", "says"),
-    [
-        ('<NavigateToPose goal="{g}"/>', {"g": "dok"}, "the pose of 'dok' is not known"),
-        ('<FollowPath path="{p}"/>', {"p": []}, "[] is no path"),
-        ('<FollowPath path="{p}"/>', {"p": "route"}, "'route' is no path"),
-    ],
-)
-def test_a_goal_that_cannot_be_made_fails(served, link, line, keys, says):
-    tree = served(line, **keys)
-    assert tree.tick() is FAILURE
-    assert says in tree.root.feedback_message
-    assert link.goals == []
-
-
 class TestDialect:
     MISSION = '<root BTCPP_format="4"><BehaviorTree ID="M"><NavigateToPose/></BehaviorTree></root>'
 
@@ -113,15 +97,3 @@ class TestDialect:
     def test_elsewhere_the_nodes_are_named_with_the_dialect(self, mind):
         with pytest.raises(InputError, match=r'is a node of Nav2. Write nodes = "nav2"'):
             xml_mission(self.MISSION, dialect="rocs")(mind.mission)
-
-    def test_a_python_mission_makes_them_from_their_classes(self, mind, link, served):
-        root = nav2_servers.NavigateToPose("go", goal="dock", cancel_on_reflex=False)
-        tree = Tree(root, clock=mind.rig.clock, owner=mind.mission)
-        assert tree.tick() is RUNNING
-        assert link.goals[0].values["pose"] == pose(3, 4, math.pi)
-
-    def test_without_ros_they_fail(self, mind):
-        root = nav2_servers.Spin("spin")
-        tree = Tree(root, clock=mind.rig.clock, owner=mind.mission)
-        assert tree.tick() is FAILURE
-        assert "rocs-bt drive" in root.feedback_message

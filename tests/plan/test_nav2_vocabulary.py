@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.interfaces.vocabulary import dialects
 from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.nav2.nodes import NAV2, OWN, nav2_nodes
-from rocs_bt.nav2.vocabulary import DISTRIBUTIONS, VOCABULARY
+from rocs_bt.nav2.vocabulary import VOCABULARY
 from rocs_bt.plan import xml_mission
 from rocs_bt.plan.dialects import elsewhere, shipped_nodes
 from rocs_bt.trees.nodes import Tree
@@ -251,10 +251,6 @@ def test_goals_in_obstacles_are_removed(mind, grow):
     assert [pose.x for pose in made.board["out"]] == [0.0, 1.5, 4.5]
     assert grow("<CheckPoseOccupancy pose='0;map;3;0;0;0;0;0;1'/>").tick() is SUCCESS
     assert grow("<CheckPoseOccupancy pose='0;map;1;0;0;0;0;0;1'/>").tick() is FAILURE
-
-
-def test_the_distributions_are_those_of_the_dialects():
-    assert {d.partition(":")[2] for d in dialects() if ":" in d} == set(DISTRIBUTIONS)
 
 
 @pytest.mark.parametrize("dialect", ["nav2", "nav2_servers", "nav2:humble", "nav2_servers:kilted"])

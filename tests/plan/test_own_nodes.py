@@ -7,12 +7,9 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Said
-from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.plan import TreePlan, mission_nodes
+from rocs_bt.plan import mission_nodes
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 from rocs_bt.trees.xml import load_xml
-
-from .checking import check_mission
 
 CATALOG = Catalog()
 NODES = mission_nodes(ACTIONS, CATALOG.load_nodes())
@@ -61,13 +58,6 @@ class TestAsk:
         other.board["way"] = [(0.0, 0.0), (10.0, 0.0)]
         assert other.tick() is FAILURE
 
-    def test_a_wrong_query_is_told_before_the_first_tick_with_its_place(self, mind, grow):
-        with pytest.raises(InputError) as caught:
-            TreePlan(grow('<Ask query="object where mvoes"/>').root, mind.mission)
-        (fault,) = caught.value.faults
-        assert "Did you mean 'moves'" in fault.message
-        assert fault.column == len('<root BTCPP_format="4"><BehaviorTree ID="M"><Ask query="object where ') + 1
-
 
 class TestWhen:
     @pytest.mark.parametrize(("front", "outcome"), [(0.4, SUCCESS), (0.6, FAILURE), (float("nan"), FAILURE)])
@@ -77,13 +67,6 @@ class TestWhen:
         begin(mind)
         assert tree.tick() is outcome
 
-    def test_it_tells_what_it_reads_where_it_does_not_hold(self, mind, grow):
-        tree = grow('<When expression="front > 0.5 m"/>')
-        mind.rig.knowledge.signals.write("front", [0.25], 0.0)
-        begin(mind)
-        tree.tick()
-        assert tree.root.feedback_message == "'front > 0.5 m' does not hold: front = 0.25 m"
-
     def test_the_expression_may_come_from_the_board_and_change(self, mind, grow):
         tree = grow('<When expression="{ask}"/>')
         mind.rig.knowledge.signals.write("front", [0.25], 0.0)
@@ -91,40 +74,6 @@ class TestWhen:
             tree.board["ask"] = text
             begin(mind)
             assert tree.tick() is outcome
-
-    def test_a_run_does_not_begin_with_a_wrong_one_and_all_are_told_with_their_place(self, mind, grow):
-        with pytest.raises(InputError) as caught:
-            TreePlan(
-                grow('<Sequence><When expression="frnt > 1 m"/><When expression="front"/></Sequence>').root,
-                mind.mission,
-            )
-        first, second = caught.value.faults
-        assert "Did you mean 'front'" in first.hint
-        assert "not true or false" in second.message
-        assert (first.line, second.line) == (1, 1)
-        assert first.column < second.column
-
-    def test_a_parameter_of_the_mission_that_this_robot_cannot_evaluate_is_told_before_the_run(self, mind, grow):
-        mind.mission.board["level"] = "tilt < 8 deg"
-        with pytest.raises(InputError, match="no signal or alias is named 'tilt'") as caught:
-            TreePlan(grow('<When expression="{level}"/>').root, mind.mission)
-        assert caught.value.faults[0].line == 1
-
-    def test_a_check_tells_it_too(self, mind):
-        def build(mission):
-            mission.content = CATALOG
-            return mission.node("When", expression="frnt > 1 m")
-
-        rig, environment = mind.rig, Environment.of(mind.rig.knowledge.signals)
-        (fault,) = check_mission(
-            build,
-            actions=rig.actions,
-            knowledge=rig.knowledge,
-            clock=rig.clock,
-            compile_guard=lambda text: compile_expression(text, environment),
-        )
-        assert "'frnt'" in fault.message
-        assert not fault.warning
 
 
 class TestKnown:
@@ -197,10 +146,6 @@ class TestWaitForChange:
         tree.halt()
         assert len(graph._subscribers.all) == before - 1
 
-    def test_a_kind_or_relation_that_there_is_none_of_is_wrong_from_the_start(self, grow):
-        tree = grow('<WaitForChange kind="gaol" relation="pursue"/>')
-        assert [attribute for attribute, _ in tree.root.bound_faults()] == ["kind", "relation"]
-
 
 class TestWaitForOpenDoor:
     @pytest.fixture
@@ -242,15 +187,6 @@ class TestWaitForOpenDoor:
         assert tree.tick() is FAILURE
         assert tree.root.feedback_message == "closed: a, b, c"
 
-    def test_it_can_wait_for_one_door_and_not_for_ever(self, mind, grow, graph):
-        tree = grow('<WaitForOpenDoor door="c" patience="2 s"/>')
-        begin(mind)
-        self.observe(graph, "a", True)
-        assert tree.tick() is RUNNING
-        mind.rig.clock.advance(1000)
-        assert tree.tick() is FAILURE
-        assert "not observed: c" in tree.root.feedback_message
-
     def test_without_any_door_it_waits_for_one_that_another_robot_shares(self, mind, grow):
         tree = grow('<WaitForOpenDoor patience="2 s" found="{door}"/>')
         begin(mind)
@@ -259,14 +195,6 @@ class TestWaitForOpenDoor:
         mind.rig.knowledge.world.place("b", Pose2(2.0, 0.0), kind="door")
         self.observe(mind.rig.knowledge.graph, "b", True)
         assert tree.tick() is SUCCESS
-
-    def test_without_any_door_it_fails_when_its_patience_ends(self, mind, grow):
-        tree = grow('<WaitForOpenDoor patience="2 s"/>')
-        begin(mind)
-        assert tree.tick() is RUNNING
-        mind.rig.clock.advance(1000)
-        assert tree.tick() is FAILURE
-        assert "no door is known" in tree.root.feedback_message
 
 
 class TestFinishTask:
@@ -304,13 +232,6 @@ class TestPlaceGoal:
         assert grow(line).tick() is SUCCESS
         assert world.pose_of("g") == pytest.approx(pose, abs=1e-6)
         assert world.goals() == ["g"]
-
-    def test_it_moves_one_that_is_there(self, mind, grow):
-        world = mind.rig.knowledge.world
-        world.place("g", Pose2(9.0, 9.0), kind="goal")
-        assert grow('<PlaceGoal goal="g" x="1 m" tolerance="20 cm"/>').tick() is SUCCESS
-        assert world.pose_of("g") == Pose2(1.0, 0.0, 0.0)
-        assert mind.rig.knowledge.graph.get("g", "tolerance") == pytest.approx(0.2)
 
     @pytest.mark.parametrize(
         ("line", "why"),
@@ -370,11 +291,6 @@ class TestComputeRoute:
         assert tree.tick() is FAILURE
         assert tree.root.feedback_message.startswith("LOST_POSE")
 
-    def test_a_planner_that_there_is_none_of_is_wrong_from_the_start(self, grow):
-        ((attribute, fault),) = grow('<ComputeRoute goal="g" planner="visible"/>').root.bound_faults()
-        assert attribute == "planner"
-        assert "Did you mean 'visibility'" in fault.hint
-
 
 class TestMissionNode:
     def test_any_node_that_a_file_may_name(self, mind):
@@ -397,27 +313,6 @@ class TestMissionNode:
         root = mind.mission.node("Precondition", mind.mission.node("AlwaysSuccess"), if_="1 > 2", else_="SKIPPED")
         assert root.given == {"if": "1 > 2", "else": "SKIPPED"}
 
-    @pytest.mark.parametrize(
-        ("make", "message"),
-        [
-            (lambda m: m.node("Wen", expression="true"), "Did you mean 'When'"),
-            (lambda m: m.node("Inverter"), "needs 1 children, found 0"),
-            (lambda m: m.node("Known"), "Known needs 'node'"),
-            (lambda m: m.node("Known", node="a", nod="b"), "Did you mean 'node'"),
-            (lambda m: m.node("GoTo", goal="g", cruise="2 m"), "cruise must be in m/s"),
-        ],
-    )
-    def test_what_is_wrong_is_told_when_it_is_made(self, mind, make, message):
-        mind.mission.content = CATALOG
-        with pytest.raises(InputError, match=message.replace("(", r"\(")):
-            make(mind.mission)
-
-    def test_without_a_catalog_there_are_no_nodes_of_a_project(self, mind):
-        with pytest.raises(InputError, match="no node is named 'Known'"):
-            mind.mission.node("Known", node="a")
-        with pytest.raises(InputError, match="has no catalog"):
-            mind.mission.content.load_route("visibility")
-
 
 class TestProject:
     def write(self, folder, name, text):
@@ -429,33 +324,6 @@ class TestProject:
         '"""One of mine."""\nfrom rocs_bt.trees.nodes import SUCCESS, Instant\n'
         'class Mine(Instant):\n    """Mine."""\n    def update(self):\n        return SUCCESS\n'
     )
-
-    def test_a_file_with_a_class_is_all_it_takes(self, mind, tmp_path):
-        self.write(tmp_path, "nodes/mine.py", self.NODE)
-        mind.mission.content = Catalog(tmp_path)
-        assert Tree(mind.mission.node("Mine")).tick() is SUCCESS
-
-    def test_two_of_one_name_clash(self, mind, tmp_path):
-        self.write(tmp_path, "nodes/mine.py", self.NODE)
-        self.write(tmp_path, "nodes/other.py", self.NODE)
-        mind.mission.content = Catalog(tmp_path)
-        with pytest.raises(InputError, match="two nodes are named 'Mine'"):
-            mind.mission.node("Mine")
-
-    def test_no_code_refuses_it(self, mind, tmp_path):
-        self.write(tmp_path, "nodes/mine.py", self.NODE)
-        mind.mission.content = Catalog(tmp_path, code=False)
-        with pytest.raises(InputError, match="--no-code"):
-            mind.mission.node("Mine")
-
-    def test_a_loaded_mission_finds_what_its_catalog_has(self, mind, tmp_path):
-        self.write(tmp_path, "nodes/mine.py", self.NODE)
-        self.write(
-            tmp_path, "missions/m.py", '"""Mine, and theirs."""\ndef build(mission):\n    return mission.node("Mine")\n'
-        )
-        catalog = Catalog(tmp_path)
-        assert catalog.load_mission("m")(mind.mission).tag == "Mine"
-        assert [e.name for e in catalog.python_of(catalog.find("mission", "m"))] == ["mine"]
 
     def test_a_route_of_a_project(self, mind, tmp_path):
         route = '"""A way."""\nfrom rocs_bt.plan import RoutePlanner\n{}'

@@ -102,12 +102,6 @@ def test_a_halt_is_kept_as_such_and_counts_neither_way(tree, mind, strategies):
     assert tree.tick() is RUNNING
 
 
-def test_without_strategies_it_fails(grow):
-    tree = grow(LINE)
-    assert tree.tick() is FAILURE
-    assert tree.root.feedback_message.startswith("CANNOT: no strategy is applicable")
-
-
 class TestSelectStrategy:
     def test_by_name_and_then_along_the_fallbacks(self, mind, grow):
         strategies = mind.rig.knowledge.strategy
@@ -128,22 +122,3 @@ class TestSelectStrategy:
         strategies.add("rush", preference=1.0, guard="goal")
         assert grow("<SelectStrategy/>").tick() is SUCCESS
         assert strategies.used() == "wait"
-
-    def test_where_none_serves_it_says_why(self, mind, grow):
-        mind.rig.knowledge.strategy.add("rush", guard="goal")
-        tree = grow("<SelectStrategy/>")
-        assert tree.tick() is FAILURE
-        assert "rush: no, its guard does not hold: goal" in tree.root.feedback_message
-
-    @pytest.mark.parametrize(
-        ("line", "why"),
-        [
-            ('<SelectStrategy role="goalie"/>', "CANNOT: there is no node named 'goalie'"),
-            ('<SelectStrategy strategy="wiat"/>', "CANNOT: no strategy is named 'wiat'. Did you mean 'wait'"),
-        ],
-    )
-    def test_what_cannot_be_fails_with_its_reason(self, mind, grow, line, why):
-        mind.rig.knowledge.strategy.add("wait")
-        tree = grow(line)
-        assert tree.tick() is FAILURE
-        assert tree.root.feedback_message.startswith(why)

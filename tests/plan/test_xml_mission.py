@@ -3,7 +3,6 @@
 import py_trees
 import pytest
 
-from rocs_bt import run
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.units import SPEED, PositiveMetresPerSecond
 from rocs_bt.catalog import Catalog, PlannerSpec, content_hash
@@ -61,10 +60,6 @@ class TestParameters:
         (ticket,) = [mind.plan.root.ticket]
         assert (ticket.action.goal, ticket.action.cruise) == ("dock", 0.5)
 
-    def test_a_default_that_is_none_is_refused_at_its_place(self, write):
-        with pytest.raises(InputError, match=r"a\.xml:3:\d+: .*not a whole number"):
-            xml_mission(write("a.xml", text("<AlwaysSuccess/>", '<input_port name="n" type="int" default="x"/>')))
-
 
 class TestMixing:
     def test_a_python_mission_holds_a_tree_in_xml(self, write, mind):
@@ -81,21 +76,6 @@ class TestMixing:
         leaves = [n for n in root.iterate() if not n.children]
         assert [leaf.name for leaf in leaves] == ["GoTo dock"] * 2
         assert leaves[0].make().cruise == 0.2
-
-    @pytest.mark.parametrize(
-        ("attributes", "message"),
-        [
-            ('goal="{key}"', "the parameter 'goal' of a Python mission cannot be a key"),
-            ('goal="dock" cruise="2 m"', "cruise must be in m/s"),
-            ("", "the mission needs goal"),
-        ],
-    )
-    def test_its_parameters_are_checked_at_their_place(self, write, mind, attributes, message):
-        build = xml_mission(
-            write("a.xml", text(f'<SubTree ID="errand" {attributes}/>')), missions={"errand": errand}.get
-        )
-        with pytest.raises(InputError, match=rf"a\.xml:2:\d+: .*{message}"):
-            build(mind.mission)
 
 
 def errand(mission, *, goal: str, cruise: PositiveMetresPerSecond = 0.5, rounds: int = 1):
@@ -126,14 +106,6 @@ class TestProject:
         entry = project.find("mission", "meet")
         assert [e.name for e in project.python_of(entry)] == ["greet", "corners"]
         assert not check_content([entry.path]).faults
-
-    def test_no_python_runs_where_it_may_not(self, project, tmp_path):
-        catalog = Catalog(tmp_path, code=False)
-        with pytest.raises(InputError, match=r"greet\.py: this Python content may not run"):
-            catalog.load_mission("meet")
-        (note,) = check_content([catalog.find("mission", "meet").path], code=False).faults
-        assert note.note
-        assert "not judged" in note.message
 
     def test_a_file_whose_nodes_nobody_names_is_not_run(self, project, write):
         write("planners/nodes/broken.py", NODE.replace("Greet", "Other") + "\nraise RuntimeError\n")
@@ -169,14 +141,6 @@ class TestProject:
             assert after != before
             before = after
 
-    def test_what_is_included_counts_for_the_hash(self, project, write, tmp_path):
-        write("planners/missions/parts/a.xml", "<root BTCPP_format='4'/>")
-        file = write("planners/missions/b.xml", "<root BTCPP_format='4'><include path='parts/a.xml'/></root>")
-        before = content_hash([Catalog(tmp_path).find("mission", "b")])
-        write("planners/missions/parts/a.xml", "<root BTCPP_format='4' />")
-        assert content_hash([Catalog(tmp_path).find("mission", "b")]) != before
-        assert file.is_file()
-
     def test_the_check_of_a_project_tells_faults_of_xml_missions(self, project, write, tmp_path):
         file = write(
             "planners/missions/wrong.xml",
@@ -186,11 +150,6 @@ class TestProject:
         assert len(told) == 2  # no scenario uses the mission, so no robot's limit applies to its cruise
         assert "the key 'x' is read" in told[0]
         assert "no node is named 'Nope'" in told[1]
-
-    def test_a_scenario_runs_the_shipped_one(self):
-        result = run("rounds", Catalog(), seed=1)
-        assert result.summary.agents["R2"].outcome == "success"
-        assert result.summary.agents["R2"].actions["GoTo"]["SUCCEEDED"] == 4
 
 
 BOTH = '''"""A mission of both kinds."""
@@ -202,13 +161,6 @@ INNER = Path(__file__).parent / "parts/inner.xml"
 def build(mission):
     return Sequence("both", memory=True, children=[mission.tree(INNER), mission.tree(INNER)])
 '''
-
-FOREIGN = """<root BTCPP_format="4" main_tree_to_execute="A">
-<include ros_pkg="nav" path="x.xml"/>
-<BehaviorTree ID="A"><RecoveryNode number_of_retries="6"><PipelineSequence><RateController hz="1.0">
-<ComputePathToPose goal="{goal}" path="{path}"/></RateController><FollowPathNav path="{path}" _skipIf="((" />
-<SubTree ID="Elsewhere" x="{y}"/><SubTree ID="A"/><Inverter/></PipelineSequence><Spin spin_dist="1.57" is_recovery=""/>
-</RecoveryNode></BehaviorTree></root>"""
 
 
 class TestShow:
@@ -226,28 +178,6 @@ class TestShow:
         told = capsys.readouterr().out
         assert "goal = {place}   ('first' of rounds, given: corner_1)" in told
         assert "cruise = 0.4 m/s" in told
-
-    def test_a_public_mission_is_looked_at_with_stand_ins(self, write, capsys):
-        file = write("nav.xml", FOREIGN)
-        assert call(["show", str(file)]) == 2
-        capsys.readouterr()
-        for form in ("text", "svg", "html", "xml"):
-            assert call(["show", str(file), "--stub-unknown", "--format", form]) == 0
-            told = capsys.readouterr().out
-            assert "ComputePathToPose" in (str(data_of(told)["header"]) if form == "html" else told)
-        call(["show", str(file), "--stub-unknown"])
-        told = capsys.readouterr().out
-        assert "ComputePathToPose" in told
-        assert "RecoveryNode\n" in told
-
-    def test_pictures_are_well_formed_and_whole(self, tmp_path):
-        import xml.etree.ElementTree as Et
-
-        assert call(["show", "rounds", "--format", "svg", "--out", str(tmp_path / "a.svg")]) == 0
-        root = Et.parse(tmp_path / "a.svg").getroot()
-        cards = [g for g in root.iter() if g.tag.endswith("}g")]
-        links = [g for g in root.iter() if g.get("class") == "link"]
-        assert (len(cards), len(links)) == (12, 11)
 
     def test_what_show_writes_as_xml_is_the_same_mission(self, tmp_path, capsys):
         assert call(["show", "rounds", "--format", "xml", "--out", str(tmp_path / "rounds.xml")]) == 0

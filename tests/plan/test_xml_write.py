@@ -14,8 +14,6 @@ from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, O
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
 
-from .. import needs
-
 NODES = mission_nodes(action_table())
 TEXTS = st.text(
     st.characters(codec="utf-8", exclude_categories=("Cs",), exclude_characters="\ufffe\uffff"), max_size=9
@@ -86,18 +84,6 @@ def test_what_is_written_is_loaded_as_the_same_tree_and_written_the_same(root):
     assert write_tree(loaded) == text
 
 
-def test_random_trees_of_the_conformance_tests_survive_writing():
-    needs.package("behaviortreepy")
-    from ..trees import test_conformance as module
-
-    for seed in range(200):
-        root = module.Draw(seed).tree()
-        leaves = [type(s.tag, (Leaf,), {"update": lambda self: SUCCESS}) for s in root.all() if s.outcomes]
-        nodes = BUILTIN.with_(leaves)
-        loaded = load_xml(module.xml(root), nodes)
-        assert shape(again(loaded, nodes)) == shape(loaded), seed
-
-
 def test_a_small_change_is_a_small_difference():
     text = write_tree(load_xml(FILE, NODES), document=read_document(FILE))
     changed = write_tree(load_xml(FILE.replace("0.4 m/s", "0.5 m/s"), NODES), document=read_document(FILE))
@@ -133,16 +119,6 @@ def test_comments_models_and_trees_are_kept_and_attributes_are_ordered():
     ):
         assert part in text
     assert text.count('<BehaviorTree ID="Sub">') == 1
-
-
-def test_two_subtrees_of_one_name_and_two_bodies_are_two_trees():
-    def sub(tag):
-        return SubTree("S", BUILTIN.make(tag, tag, [], {}), ID="S")
-
-    root = BUILTIN.make("Sequence", "Sequence", [sub("AlwaysSuccess"), sub("AlwaysFailure"), sub("AlwaysSuccess")], {})
-    text = write_tree(root)
-    assert [t.attrib["ID"] for t in Et.fromstring(text).iter("BehaviorTree")] == ["MainTree", "S", "S_2"]
-    assert [c.children[0].tag for c in load_xml(text).children] == ["AlwaysSuccess", "AlwaysFailure", "AlwaysSuccess"]
 
 
 def test_a_tree_made_in_python_of_py_trees_own_nodes_is_written_as_what_it_means():

@@ -37,12 +37,6 @@ class TestPorts:
         tree.tick()
         assert tree.board["said"] == "hello youhello you"
 
-    def test_text_on_the_board_is_converted_when_it_is_read(self):
-        tree = Tree(Greet("g", who="you", times="{t}", said="{s}"))
-        tree.board["t"] = "2"
-        tree.tick()
-        assert tree.board["s"] == "hello youhello you"
-
     @pytest.mark.parametrize(("text", "error"), [("x y", "ValueError: "), ("1" * 9, "ZeroDivisionError: ")])
     def test_an_exception_of_a_ports_parser_is_a_fault_of_the_text(self, text, error):
         class Custom(Leaf):
@@ -58,21 +52,6 @@ class TestPorts:
     def test_a_key_without_a_value_is_told(self):
         with pytest.raises(InputError, match="'who' of Greet 'g' reads the key 'name', which has no value"):
             Tree(Greet("g", who="{name}")).tick()
-
-    @pytest.mark.parametrize(
-        ("attributes", "message"),
-        [
-            ({}, "Greet needs 'who'. who is greeted"),
-            ({"who": "x", "times": "1.5"}, "port 'times': '1.5' is not a whole number"),
-            ({"who": "x", "said": "out"}, "the output port 'said' must be a key, found 'out'. Write said=\"{out}\""),
-            ({"who": "x", "whom": "y"}, "no port is named 'whom'. Did you mean 'who'"),
-            ({"who": "{a@b}"}, "may contain one '@', as its first character"),
-        ],
-    )
-    def test_what_is_wrong_is_told_when_the_node_is_made(self, attributes, message):
-        with pytest.raises(InputError) as caught:
-            Greet("g", **attributes)
-        assert message in str(caught.value)
 
     @pytest.mark.parametrize("taken", ["status", "key", "board", "children"])
     def test_a_port_cannot_hide_what_every_node_has(self, taken):
@@ -101,26 +80,6 @@ class TestSubTrees:
     def make(self, child, **attributes):
         return BUILTIN.make("SubTree", "sub", [child], attributes)
 
-    def test_keys_go_through_remapping_and_stay_inside_otherwise(self):
-        inner = BUILTIN.make("Script", "s", [], {"code": "goal := 'B'; local := 1"})
-        tree = Tree(self.make(inner, ID="T", goal="{dock}"))
-        tree.tick()
-        assert tree.board.texts() == {"dock": "B"}
-
-    @pytest.mark.parametrize(("given", "value"), [("7", 7), ("1.5", 1.5), ("home", "home")])
-    def test_a_literal_is_a_value_of_its_own(self, given, value):
-        inner = BUILTIN.make("Script", "s", [], {"code": "@seen := goal"})
-        tree = Tree(self.make(inner, goal=given, _autoremap="true"))
-        tree.tick()
-        assert tree.board["seen"] == value
-        assert "goal" not in tree.board
-
-    def test_its_own_conditions_are_asked_on_the_board_outside(self):
-        inner = BUILTIN.make("AlwaysFailure", "f", [], {})
-        tree = Tree(self.make(inner, _successIf="x == 1"))
-        tree.board["x"] = 1
-        assert tree.tick() is SUCCESS
-
     def test_paths_are_those_of_the_cpp_engine(self):
         inner = BUILTIN.make("Sequence", "Sequence", [Greet("hi", who="a"), Greet("", who="b")], {})
         tree = Tree(BUILTIN.make("Inverter", "not", [self.make(inner, ID="T")], {}))
@@ -134,16 +93,8 @@ class TestBoardNodes:
         tree.board.update(dict(board))
         return [outcome_name(tree.tick()) for _ in range(ticks)], tree.board.texts()
 
-    def test_set_copies_a_text_or_another_key(self):
-        assert self.run("SetBlackboard", value="5", output_key="k") == (["SUCCESS"], {"k": "5"})
-        assert self.run("SetBlackboard", {"a": 2}, value="{a}", output_key="{k}")[1] == {"a": "2", "k": "2"}
-
     def test_unset(self):
         assert self.run("UnsetBlackboard", {"a": 2}, key="a") == (["SUCCESS"], {})
-
-    def test_was_it_written(self):
-        assert self.run("WasEntryUpdated", {"a": 2}, entry="{a}", ticks=2)[0] == ["SUCCESS", "FAILURE"]
-        assert self.run("WasEntryUpdated", entry="{a}")[0] == ["FAILURE"]
 
     def test_sleep_reads_the_trees_clock(self, bench):
         assert bench.of("Sleep", msec="150").ticks(3) == ["RUNNING", "RUNNING", "SUCCESS"]

@@ -93,28 +93,6 @@ def test_what_an_expression_is_worth(value, text):
 
 
 @pytest.mark.parametrize(
-    ("script", "board"),
-    [
-        ("x := 5; x = 6", {"x": "6"}),
-        ("x := 5 y := 6", {"x": "5", "y": "6"}),
-        ("x := 5\ny := x", {"x": "5", "y": "5"}),
-        ("x := 5;; y := 6;", {"x": "5", "y": "6"}),
-        ("x := 5; x = 5.0", {"x": "5"}),
-        ("x := 4; x /= 2", {"x": "2"}),
-        ("x := 2.5; x *= 2", {"x": "5.000000"}),
-        ("x := 4; x -= 1; y := x", {"x": "3", "y": "3"}),
-        ("x := 'a'; x += 'b'", {"x": "ab"}),
-        ("x := 2; x = '7.5'", {"x": "7.500000"}),
-        ("x := 0; x += RED", {"x": "2"}),
-        ("@g := 1; x := @g", {"g": "1", "x": "1"}),
-        ("", {}),
-    ],
-)
-def test_what_assignments_leave_on_the_board(script, board):
-    assert run(script, RED=2) == board
-
-
-@pytest.mark.parametrize(
     ("script", "message"),
     [
         ("x = 1", "the key 'x' does not exist; ':=' creates it"),
@@ -145,16 +123,6 @@ def test_what_is_too_large_is_refused_with_its_place(script, at, message):
         parse_script(script)
     assert message in str(caught.value)
     assert at is None or caught.value.column == at
-
-
-def test_two_statements_need_no_semicolon():
-    assert len(parse_script("f(1)").statements) == 2
-
-
-def test_what_a_script_asks_and_writes_is_known_without_running_it():
-    script = parse_script("a := b + @c; d += 1; e ? f : 2")
-    assert [n.name for n in script.reads()] == ["b", "@c", "d", "e", "f"]
-    assert [(a.operator, a.target.name) for a in script.writes()] == [(":=", "a"), ("+=", "d")]
 
 
 @given(st.text(alphabet="xy01.5 +-*/<>=!&|^~?:;()'\"@\\\n", max_size=40) | st.text(max_size=30))
@@ -279,18 +247,6 @@ def worth(expression, board):
             value = of(expression.value)
             entry.store(assigned(board, target.name, entry, operator, value))
             return entry.value
-
-
-def test_scripts_of_one_form_share_their_syntax_and_nothing_else():
-    board = Board()
-    board.enums = {"RED": 2}
-    runs = [compile_script(parse_script(f"{k} := {v}"), board) for k, v in [("a", 1), ("e", 3), ("f", "RED")]]
-    for run in runs * 2:
-        run()
-    assert board.texts() == {"a": "1", "e": "3", "f": "2.000000"}
-    for key in "ae":
-        with pytest.raises(ScriptError, match=f"the script '{key} := 'x'' fails: '{key}' cannot become 'x'"):
-            compile_script(parse_script(f"{key} := 'x'"), board)()
 
 
 @pytest.mark.parametrize("operator", ["+", "-", "*", "/", "&&", "||", "..", "&", "<", "=="])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.trees.nodes import BUILTIN, Leaf, Node, Tree
+from rocs_bt.trees.nodes import BUILTIN, Leaf, Tree
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 
 TICKS = 8
@@ -147,25 +147,3 @@ def test_the_second_run_is_that_of_a_new_node(tag, first, second):
             if key not in case.values[second]:
                 new.tree.board.set_local(key, value.value)
         assert stage.run(case.values[second]) == new.run(case.values[second]), (ticks, halted)
-
-
-@pytest.mark.parametrize("tag", CASES)
-def test_a_third_run_with_equal_values_of_another_identity_is_the_second(tag):
-    stage = Stage(tag)
-    stage.run(CASES[tag].values[0])
-    stage.tree.halt()
-    runs = []
-    for _ in range(2):
-        runs.append(
-            stage.run({k: "".join(list(v)) if isinstance(v, str) else v for k, v in CASES[tag].values[0].items()})
-        )
-        stage.tree.halt()
-    assert runs[0] == runs[1]
-
-
-def test_halted_nodes_are_not_running():
-    for tag in CASES:
-        stage = Stage(tag)
-        stage.run(CASES[tag].values[0], 1)
-        stage.tree.halt()
-        assert all(node.status is not RUNNING for node in stage.tree.nodes if isinstance(node, Node)), tag

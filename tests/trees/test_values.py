@@ -16,8 +16,8 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.units import LENGTH
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Output, Tree
-from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
-from rocs_bt.trees.value import STATUS_NAMES, converted, numeric
+from rocs_bt.trees.status import SUCCESS, outcome_name
+from rocs_bt.trees.value import converted
 from rocs_bt.trees.xml import load_xml
 
 from .. import needs
@@ -189,35 +189,6 @@ def test_a_value_is_the_same_from_every_source_and_in_every_run(row):
     assert found == expected
 
 
-def test_an_attribute_of_a_subtree_is_a_number_for_numbers_and_as_written_for_texts():
-    texts = {"007": 7, "1.50": 1.5, "1e3": 1000.0, "-2": -2, "true": "true", "0x1": "0x1"}
-    for text, value in texts.items():
-        read = {kind: told(kind, f'<SubTree ID="S" p="{text}"/>', INNER) for kind in ("str", "float")}
-        assert read == {"str": f"'{text}'", "float": repr(float(value)) if not isinstance(value, str) else REFUSED}
-
-
-def test_a_literal_that_was_overwritten_is_not_read_as_written():
-    body = '<SubTree ID="S" p="007"/>'
-    inner = '<BehaviorTree ID="S"><Sequence><Script code="p := p + 1"/><Probe p="{p}"/></Sequence></BehaviorTree>'
-    cls = probe("str")
-    text = f'<root BTCPP_format="4" main_tree_to_execute="M"><BehaviorTree ID="M">{body}</BehaviorTree>{inner}</root>'
-    tree = Tree(load_xml(text, BUILTIN.with_([cls])))
-    assert (tree.tick(), tree.tick()) == (SUCCESS, SUCCESS)
-    assert cls.seen == ["8", "9"]
-
-
-@pytest.mark.parametrize("spelling", ["true", "True", "TRUE", "1", "false", "False", "FALSE", "0"])
-@pytest.mark.parametrize("form", ["p", "!p", "!(!p)", "p && true", "p || false", "p ? true : false", "p == true"])
-def test_a_truth_value_given_to_a_subtree_is_one_in_scripts(spelling, form):
-    condition = quoteattr(form)
-    leaf = f"<ScriptCondition code={condition} _skipIf={quoteattr('!(' + form + ')')}/>"
-    inner = f'<BehaviorTree ID="S">{leaf}</BehaviorTree>'
-    tree = Tree(load_xml(document(f'<ForceFailure><SubTree ID="S" p="{spelling}"/></ForceFailure>', inner)))
-    holds = (spelling.lower() in ("true", "1")) is (form != "!p")
-    for _ in range(2):
-        assert outcome_name(tree.tick()) == ("FAILURE" if holds else "SKIPPED")
-
-
 def test_an_enum_value_of_a_port_can_be_compared_and_assigned_in_scripts():
     board = Board()
     board.enums = ENUMS
@@ -244,11 +215,6 @@ def test_a_converted_number_is_of_its_type_and_converting_it_again_changes_nothi
     assert type(found) is kind
     assert converted(found, kind) is found
     assert kind in (str, bool) or found == pytest.approx(float(value))
-
-
-def test_the_numbers_of_outcomes_are_those_of_the_cpp_engine():
-    assert [numeric(outcome) for outcome in (Status.INVALID, Status.RUNNING, SUCCESS, FAILURE)] == [0, 1, 2, 3]
-    assert STATUS_NAMES[4] == "SKIPPED"
 
 
 def theirs(row: str, kind: str) -> str:

@@ -47,12 +47,6 @@ class TestDisplays:
         root.tick_once()
         assert root.tip() is bad
 
-    def test_what_ended_stays_visible_until_it_is_ticked_again(self):
-        children = [Success("a"), Success("b")]
-        root = node("Sequence", *children)
-        root.tick_once()
-        assert [c.status for c in children] == [S, S]
-
 
 class TestTrees:
     def test_visitors_see_what_was_ticked_children_first(self):
@@ -101,40 +95,8 @@ class TestTrees:
         tree.tick()
         assert (root.status, wait.status, wait.parent) == (S, Status.INVALID, None)
 
-    def test_interrupting_halts(self):
-        wait = Running("wait")
-        root = node("Repeat", node("Sequence", wait), num_cycles=2)
-        tree = py_trees.trees.BehaviourTree(root)
-        tree.tick()
-        root.stop(Status.INVALID)
-        assert (root.status, wait.status) == (Status.INVALID, Status.INVALID)
-
 
 class TestIdioms:
-    def test_pick_up_where_you_left_off(self):
-        tasks = [Letters("t1", "RS"), Letters("t2", "RRS")]
-        idiom = py_trees.idioms.pick_up_where_you_left_off("go on", tasks)
-        root = node("ReactiveFallback", queue(F, F, R, F, F, F, name="interrupt"), idiom)
-        outcomes = [outcome_name(root.tick_once()) for _ in range(5)]
-        assert outcomes == ["RUNNING"] * 4 + ["SUCCESS"]
-        assert tasks[0].calls == 2  # the first task was not begun anew after the interruption
-
-    def test_oneshot(self):
-        work = queue(R, S, F)
-        idiom = py_trees.idioms.oneshot(
-            node("Sequence", work),
-            name="once",
-            variable_name="done",
-            policy=py_trees.common.OneShotPolicy.ON_COMPLETION,
-        )
-        root = node("Sequence", idiom)
-        assert [root.tick_once() for _ in range(4)] == [R, S, S, S]
-
-    def test_stock_decorators_wrap_our_nodes(self):
-        root = py_trees.decorators.FailureIsSuccess("x", node("Sequence", Failure("no")))
-        root.tick_once()
-        assert root.status is S
-
     def test_our_subtree_in_a_stock_composite_is_halted_once(self):
         log = []
 
@@ -237,46 +199,6 @@ def test_a_deep_tree_that_runs_is_halted_to_its_end():
 
 
 class TestHook:
-    def test_every_tick_of_every_node_is_heard_children_first_and_halts_are(self):
-        leaf = Letters("leaf", "R")
-        tree = Tree(node("Sequence", node("AlwaysSuccess"), node("Inverter", leaf), _post="x := 1"))
-        heard = []
-        leave = tree.watch(lambda n, outcome: heard.append((n.name, outcome_name(outcome))))
-        tree.tick()
-        tree.halt()
-        leave()
-        tree.tick()
-        assert heard == [
-            ("AlwaysSuccess", "SUCCESS"),
-            ("leaf", "RUNNING"),
-            ("Inverter", "RUNNING"),
-            ("Sequence", "RUNNING"),
-            ("leaf", "IDLE"),
-            ("Inverter", "IDLE"),
-            ("Sequence", "IDLE"),
-        ]
-
-    def test_a_skip_is_heard_though_it_is_not_stored(self):
-        tree = Tree(node("Sequence", node("AlwaysSuccess", _skipIf="true"), node("AlwaysFailure")))
-        heard = []
-        for _ in range(2):
-            tree.watch(lambda n, outcome: heard.append(outcome_name(outcome)))
-        tree.tick()
-        assert heard == ["SKIPPED", "SKIPPED", "FAILURE", "FAILURE", "FAILURE", "FAILURE"]
-
-    def test_changes_are_told_once_and_what_a_tick_passes_by_goes_idle(self):
-        tree = Tree(node("ReactiveFallback", Letters("a", "FSF"), Letters("b", "R")))
-        told = []
-        Changes(tree, lambda uid, before, now: told.append(f"{uid}:{outcome_name(now)}"))
-        for expected in (
-            ["2:FAILURE", "3:RUNNING", "1:RUNNING"],
-            ["2:SUCCESS", "3:IDLE", "1:SUCCESS"],
-            ["2:FAILURE", "3:RUNNING", "1:RUNNING"],
-        ):
-            told.clear()
-            tree.tick()
-            assert told == expected
-
     def test_py_trees_own_nodes_are_told_of_too(self):
         tree = Tree(node("Sequence", Success("a"), Running("b")))
         told = []

@@ -161,12 +161,6 @@ def test_each_feature(text, expected):
     assert said(text) == ("SUCCESS", expected)
 
 
-def test_a_private_key_is_not_remapped_automatically():
-    text = document('<Sequence><Script code="_p := 1"/><SubTree ID="Sub1" _autoremap="true"/></Sequence>', SAY("_p"))
-    with pytest.raises(InputError, match="_p"):
-        said(text)
-
-
 def test_the_main_tree_may_be_named_by_the_caller_and_must_be_when_nobody_else_does():
     text = '<root BTCPP_format="4"><BehaviorTree ID="a"><Say/></BehaviorTree><BehaviorTree ID="b"><Work/></BehaviorTree></root>'
     assert isinstance(load_xml(text, NODES, main="b"), Work)
@@ -187,12 +181,6 @@ def test_version_3_is_converted_with_a_notice():
     (notice,) = read_document(text).faults
     assert notice.warning
     assert "version 3" in notice.message
-
-
-def test_what_version_3_had_and_nobody_has_any_more_is_told():
-    text = '<root BTCPP_format="3"><BehaviorTree ID="M"><BlackboardCheckInt value_A="{x}"><Say/></BlackboardCheckInt></BehaviorTree></root>'
-    with pytest.raises(InputError, match=r"BlackboardCheckInt does not exist in version 4\. Write <Precondition"):
-        load_xml(text, NODES)
 
 
 @pytest.mark.parametrize("name", ["a b", "a.b", "a:b", "root"])
@@ -244,11 +232,6 @@ class TestInclude:
         with pytest.raises(InputError, match=r"a\.xml:2:\d+: .*(is outside of|no file is named|has no path)"):
             load_xml(a, NODES)
 
-    def test_a_package_of_ros_is_told(self, write):
-        a = write("a.xml", '<include ros_pkg="p" path="b.xml"/><BehaviorTree ID="A"><Say/></BehaviorTree>')
-        with pytest.raises(InputError, match="'ros_pkg' needs ROS"):
-            load_xml(a, NODES)
-
     def test_a_text_includes_nothing(self):
         with pytest.raises(InputError, match="is not in a file"):
             load_xml('<root BTCPP_format="4"><include path="a.xml"/><BehaviorTree ID="A"><Say/></BehaviorTree></root>')
@@ -258,17 +241,6 @@ def said_of(file):
     tree = Tree(load_xml(file, NODES), clock=SimulatedClock(0.1))
     assert tree.settle() is SUCCESS
     return tree.board["said"]
-
-
-def test_ten_thousand_nodes_load_and_tick():
-    body = (
-        "<Sequence>"
-        + "<Sequence><Inverter><AlwaysFailure/></Inverter><AlwaysSuccess/></Sequence>" * 2500
-        + "</Sequence>"
-    )
-    tree = Tree(load_xml(document(body), NODES))
-    assert len(tree.nodes) == 10_001
-    assert tree.tick() is SUCCESS
 
 
 @pytest.mark.parametrize(
@@ -299,11 +271,6 @@ def test_scripts_of_one_form_are_parsed_once_in_a_load(attributes, forms, monkey
     tree = Tree(load_xml(document(f"<Sequence>{inside}</Sequence>"), NODES))
     assert len(tree.nodes) == 301
     assert counts == {"parse_statements": forms}
-
-
-def test_two_hundred_subtrees_in_each_other_load_and_tick():
-    trees = [f'<Inverter><SubTree ID="Sub{i + 1}" _autoremap="true"/></Inverter>' for i in range(200)]
-    assert said(document(*trees, SAY("k")), k="end") == ("SUCCESS", "end;")
 
 
 # The C++ engine.
@@ -385,15 +352,3 @@ def test_text_before_the_root_is_skipped_with_a_warning_as_in_the_cpp_engine(bef
 @pytest.mark.parametrize("text", ["{0} text", "<a/>{0}", "</x>{0}", "a < b {0}"])
 def test_other_things_around_the_root_are_refused_as_in_the_cpp_engine(text):
     assert both(text.format(document("<AlwaysSuccess/>")), {}) == ["raises", "raises"]
-
-
-@pytest.mark.parametrize(
-    ("text", "warning"),
-    [
-        ('<root><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "BTCPP_format is missing"),
-        ('<root BTCPP_format="3"><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "is of version 3"),
-    ],
-)  # fmt: skip  # a table
-def test_warnings_are_given_when_a_document_is_loaded(text, warning):
-    with pytest.warns(UserWarning, match=warning):
-        load_xml(text, NODES)

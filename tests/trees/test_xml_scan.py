@@ -92,27 +92,6 @@ def test_every_element_and_attribute_knows_its_place(made):
         todo += element.children
 
 
-@pytest.mark.parametrize(
-    ("value", "read", "warned"),
-    [
-        ("a < b && c > d", "a < b && c > d", "<"),
-        ("a &amp;&amp; b", "a && b", None),
-        ("a && b", "a && b", "&"),
-        ("a & b; c", "a & b; c", "&"),
-        ("&unknown;", "&unknown;", "&"),
-        ("&lt;&#65;&#x42;", "<AB", None),
-        ("x := 1;\n y := 2", "x := 1;\n y := 2", None),
-    ],
-)
-def test_ill_formed_values_are_read_as_behaviortree_cpp_does(value, read, warned):
-    root, warnings = scan(Source(f'<a v="{value}"/>'))
-    assert root.attributes == {"v": read}
-    assert [w.message.startswith(f"'{warned}'") for w in warnings] == ([True] if warned else [])
-    assert all(w.warning and w.line == 1 for w in warnings)
-    if warned:
-        assert warnings[0].column == 7 + value.index(warned)
-
-
 BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;">]><a>&y;</a>'
 
 
@@ -151,23 +130,6 @@ def test_what_cannot_be_read_is_refused_with_place_and_reason(tmp_path, text, re
         read_document(file)
     assert re.search(reason, str(told.value)), str(told.value)
     assert len(str(told.value)) < 600
-
-
-def test_a_file_that_is_no_text_or_is_not_there_is_refused(tmp_path):
-    (tmp_path / "binary.xml").write_bytes(b"<root>\xff</root>")
-    for name, reason in (("binary.xml", "not UTF-8"), ("none.xml", "cannot read")):
-        with pytest.raises(InputError, match=reason):
-            read_document(tmp_path / name)
-
-
-def test_trees_that_double_at_each_level_are_refused_before_they_are_made():
-    levels = "".join(
-        f'<BehaviorTree ID="T{i}"><Sequence><SubTree ID="T{i + 1}"/><SubTree ID="T{i + 1}"/></Sequence></BehaviorTree>'
-        for i in range(40)
-    )
-    last = '<BehaviorTree ID="T40"><AlwaysSuccess/></BehaviorTree>'
-    with pytest.raises(InputError, match="the maximum is 65535"):
-        load_xml(f'<root BTCPP_format="4" main_tree_to_execute="T0">{levels}{last}</root>')
 
 
 SEED = """<?xml version="1.0"?>

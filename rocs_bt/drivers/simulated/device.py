@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Self, cast
 
 import numpy as np
@@ -88,7 +88,6 @@ class SimulatedSensor(Bound, Value, Sensor):
 
     def _begin(self, noise: float, latency: float, drop_out: float) -> None:
         self.noise = noise
-        self._noise_at, self._errors = math.nan, list[float]()
         self._delivery = Delivery(latency, drop_out, self.faults_rng())
 
     def mounted_at(self) -> Sequence[str]:
@@ -101,17 +100,15 @@ class SimulatedSensor(Bound, Value, Sensor):
 
     def read(self) -> Reading:
         with self.world.lock:
-            return self._delivery.deliver(self.measure(), self.world.stamp)
+            return self._delivery.read(self.world.stamp, self.measure)
 
     def measure(self) -> Reading:
         """Measure in the present state of the world: `sample` with noise and limits; `world.lock` is held."""
-        values, stamp = self.sample(), self.world.stamp
+        values = self.sample()
         if self.noise > 0.0:
-            if stamp != self._noise_at:  # a repeated reading at the same time is equal
-                self._noise_at = stamp
-                self._errors = self.rng.normal(0.0, self.noise, len(values)).tolist()
-            values = [v + e for v, e in zip(values, self._errors, strict=True)]
-        return Reading(stamp, self.limit(values))
+            errors = self.rng.normal(0.0, self.noise, len(values)).tolist()
+            values = [v + e for v, e in zip(values, errors, strict=True)]
+        return Reading(self.world.stamp, self.limit(values))
 
     def limit(self, values: list[float]) -> list[float]:
         """Limit values, after noise was added, to the measuring range of the device; by default they are unchanged."""
@@ -168,24 +165,25 @@ class Delivery:
 
     def __init__(self, latency: float, drop_out: float, rng: np.random.Generator) -> None:
         self._latency, self._drop_out, self._rng = latency, drop_out, rng
-        self._measured_at = -math.inf
+        self._measured_at = math.nan
         self._under_way: deque[tuple[float, Reading]] = deque()
         self._arrived: Reading | None = None
 
-    def deliver(self, reading: Reading, t: float) -> Reading:
-        """Take a reading, and return the newest one that has arrived.
+    def read(self, t: float, measure: Callable[[], Reading]) -> Reading:
+        """The newest reading that has arrived.
 
         Args:
-            reading: Reading that was measured at present.
-            t: Present time [s]; a second reading of the same time is ignored.
+            t: Present time [s].
+            measure: Function that measures; called once for each time, so that a repeated reading is equal.
         """
-        if self._arrived is None or not (self._latency or self._drop_out):
-            self._arrived, self._measured_at = reading, t
-            return reading
-        if t > self._measured_at:
-            self._measured_at = t
+        if t != self._measured_at:
+            self._measured_at, reading = t, measure()
+            if self._arrived is None or not (self._latency or self._drop_out):
+                self._arrived = reading
+                return reading
             if not self._drop_out or self._rng.random() >= self._drop_out:
                 self._under_way.append((t + self._latency, reading))
-        while self._under_way and self._under_way[0][0] <= t + _EARLY:
-            self._arrived = self._under_way.popleft()[1]
+            while self._under_way and self._under_way[0][0] <= t + _EARLY:
+                self._arrived = self._under_way.popleft()[1]
+        assert self._arrived is not None
         return self._arrived

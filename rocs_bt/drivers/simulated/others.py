@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 from ...base.errors import InputError
 from ...base.geometry import wrap_angle
 from ...base.units import ANGLE, LENGTH, NOT_NEGATIVE, POSITIVE, Bounds, Joules, PositiveMetres, Watts
+from ...interfaces.device import Reading
 from ...interfaces.message import MessageQueue, packed
 from .device import SimulatedSensor
 from .pose import AngleNoise, Distance, Share
@@ -50,17 +51,12 @@ class RobotSensor(SimulatedSensor):
         if self.noise > 0.0:
             raise InputError(f"robot_sensor '{self.name}' does not take 'noise'. Use range_noise and bearing_noise.")
         self._others = {tag: other for tag, other in enumerate(self.world.robots, 1) if other != self.robot}
-        self._sampled_at, self._noises = math.nan, list[list[float]]()
 
     def sample(self) -> list[float]:
         world, here = self.world, self.world.pose(self.robot)
-        if world.stamp != self._sampled_at:
-            # Once per time and for all robots: a repeated reading is equal, and the noise of one robot does not depend
-            # on the visibility of another.
-            self._sampled_at = world.stamp
-            self._noises = self.rng.standard_normal((len(self._others), 2)).tolist()
-        found = []
-        for (tag, other), (range_error, bearing_error) in zip(self._others.items(), self._noises, strict=True):
+        # For all robots, so that the noise of one does not depend on the visibility of another.
+        errors, found = self.rng.standard_normal((len(self._others), 2)).tolist(), []
+        for (tag, other), (range_error, bearing_error) in zip(self._others.items(), errors, strict=True):
             there = world.pose(other)
             distance, bearing = here.distance(there), here.bearing(there)
             in_view = distance <= self.max_range and abs(bearing) <= self.half_angle
@@ -79,6 +75,9 @@ class MailboxSensor(SimulatedSensor):
 
     def set_up(self) -> None:
         self.message_queue = MessageQueue()
+
+    def read(self) -> Reading:
+        return Reading(self.world.stamp, self.sample())  # messages are read once, also of a world that does not step
 
     def sample(self) -> list[float]:
         return packed(self.message_queue.take())

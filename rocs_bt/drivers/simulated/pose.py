@@ -119,13 +119,10 @@ class TwistSensor(SimulatedSensor):
         if self.noise > 0.0:
             raise InputError(f"twist sensor '{self.name}' does not take 'noise'. Use speed_noise and turn_noise.")
         self._scale = [*[self.speed_noise] * 3, self.turn_noise]
-        self._sampled_at, self._noises = math.nan, [0.0] * 4
 
     def sample(self) -> list[float]:
-        stamp = self.world.stamp
-        if stamp != self._sampled_at and any(self._scale):  # a repeated reading at the same time is equal
-            self._sampled_at, self._noises = stamp, self.rng.normal(0.0, self._scale).tolist()
-        return [value + e for value, e in zip(self.world.twist3(self.robot), self._noises, strict=True)]
+        errors = self.rng.normal(0.0, self._scale).tolist() if any(self._scale) else [0.0] * 4
+        return [value + e for value, e in zip(self.world.twist3(self.robot), errors, strict=True)]
 
 
 class Attitude(SimulatedSensor):
@@ -163,15 +160,13 @@ class Gyro(SimulatedSensor):
     def set_up(self) -> None:
         self._bias = self.bias_noise * float(self.rng.normal())
         self._sampled_at = self._yaw = math.nan
-        self._rate = 0.0
 
     def sample(self) -> list[float]:
         stamp, yaw = self.world.stamp, self.world.pose(self.robot).yaw
-        if stamp != self._sampled_at:
-            passed = stamp - self._sampled_at
-            rate = wrap_angle(yaw - self._yaw) / passed if passed > 0.0 else 0.0  # 0 at the first reading
-            self._sampled_at, self._yaw, self._rate = stamp, yaw, rate + self._bias
-        return [self._rate]
+        passed = stamp - self._sampled_at
+        rate = wrap_angle(yaw - self._yaw) / passed if passed > 0.0 else 0.0  # 0 at the first reading
+        self._sampled_at, self._yaw = stamp, yaw
+        return [rate + self._bias]
 
 
 class Odometer:

@@ -13,6 +13,7 @@ from ...declare import Wrong
 from ...interfaces.device import Reading
 from .device import SimulatedSensor
 from .pose import Distance, Share
+from .scene import Array
 from .wheels import listed
 
 if TYPE_CHECKING:
@@ -72,22 +73,10 @@ class RangeCone(SimulatedSensor):
 
     def set_up(self) -> None:
         self._cast = self.world.beams(self.robot, self.name, self.sites, self.angles)
-        self._heard_at, self._heard = math.nan, [True] * self.size
         self._faults_rng = self.faults_rng()
 
-    def sample(self) -> list[float]:
-        nearest: list[float] = self._cast().min(axis=1).tolist()
-        return nearest
-
-    def limit(self, values: list[float]) -> list[float]:
-        low, high = self.range
-        limited = [math.inf if v > high else low if v < low else v for v in values]
-        if self.missing_echo:
-            if self._heard_at != self.world.stamp:  # a repeated reading at the same time is equal
-                self._heard_at = self.world.stamp
-                self._heard = (self._faults_rng.random(len(limited)) >= self.missing_echo).tolist()
-            limited = [v if heard else math.inf for v, heard in zip(limited, self._heard, strict=True)]
-        return limited
+    def measure(self) -> Reading:
+        return Reading(self.world.stamp, _echoes(self, self._faults_rng, self._cast().min(axis=1)))
 
     def beams(self) -> tuple[Beam, ...]:
         """Origins and directions of the beams, body frame, for displays."""
@@ -141,29 +130,12 @@ class Lidar(SimulatedSensor):
     def set_up(self) -> None:
         # The reach is above the maximum range, so that it does not affect readings near this range.
         self._cast = self.world.scan(self.robot, self.site, self.bearings, self.range[1] + 1.0, self.sweep)
-        self._taken: tuple[float, Reading] | None = None
         self._faults_rng = self.faults_rng()
         self._started = self.world.stamp
 
-    def sample(self) -> list[float]:
-        distances: list[float] = self._cast().tolist()
-        return distances
-
-    def read(self) -> Reading:
-        with self.world.lock:
-            if self._taken is None or self._taken[0] != self.world.stamp:  # a repeated reading at one time is equal
-                self._taken = self.world.stamp, super().read()
-            return self._taken[1]
-
     def measure(self) -> Reading:
-        ranges = self._cast()
-        if self.noise > 0.0:
-            ranges = ranges + self.rng.normal(0.0, self.noise, len(ranges))
-        np.maximum(ranges, self.range[0], out=ranges)
-        ranges[ranges > self.range[1]] = math.inf
-        if self.missing_echo:
-            ranges[self._faults_rng.random(len(ranges)) < self.missing_echo] = math.inf
-        return Reading(max(self.world.stamp - self.sweep, self._started), ranges.tolist())
+        stamp = max(self.world.stamp - self.sweep, self._started)
+        return Reading(stamp, _echoes(self, self._faults_rng, self._cast()))
 
     def fan(self) -> Fan:
         """Origin and directions of the rays, body frame, for displays."""
@@ -172,6 +144,19 @@ class Lidar(SimulatedSensor):
         x, y, yaw, _ = self.world.direction(self.robot, self.site, "x")
         first, second = self.bearings[:2]
         return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=self.rays, reach=self.range[1])
+
+
+def _echoes(sensor: RangeCone | Lidar, faults_rng: np.random.Generator, ranges: Array) -> list[float]:
+    """Measured ranges of true ones [m]: with noise, limited to the measuring range, some without an echo."""
+    if sensor.noise > 0.0:
+        ranges = ranges + sensor.rng.normal(0.0, sensor.noise, len(ranges))
+    low, high = sensor.range
+    np.maximum(ranges, low, out=ranges)
+    ranges[ranges > high] = math.inf
+    if sensor.missing_echo:
+        ranges[faults_rng.random(len(ranges)) < sensor.missing_echo] = math.inf
+    found: list[float] = ranges.tolist()
+    return found
 
 
 def _span(found: tuple[float, float]) -> Iterator[Wrong]:

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...base.geometry import Pose2
-from ..readable import NoPast, Past, Readable
+from ..history import ChangeLog
+from ..readable import Readable
 
 
 def _no_signal(name: str) -> Sequence[float]:
@@ -22,14 +23,14 @@ class QueryContext(NamedTuple):
         pose: Pose of the robot, world frame; None if unknown.
         t: Query time [s].
         signal: Returns the newest values of a signal by name.
-        past: Source of earlier states for `as of`.
+        past: Log of earlier changes for `as of`; None without one.
     """
 
     name: str = ""
     pose: Pose2 | None = None
     t: float = 0.0
     signal: Callable[[str], Sequence[float]] = _no_signal
-    past: Past = NoPast()
+    past: ChangeLog | None = None
 
 
 class Execution:

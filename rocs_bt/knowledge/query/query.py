@@ -153,6 +153,11 @@ class Query:
             )
         if self.as_of is not None:
             t = self._time(self.as_of, context.t, values)
+            if context.past is None:
+                raise KnowledgeError(
+                    f"no history of the graph is given, so its state at {t:g} s is not available. Query a recording or "
+                    "the Knowledge of a running agent, which keep it."
+                )
             graph, context = context.past.as_of(t), context._replace(pose=None, t=t, signal=NO_ROBOT.signal)
         if graph.schema is not self.schema and graph.schema != self.schema:
             raise KnowledgeError(f"the query '{self.text}' was compiled for another schema; compile it for this one.")

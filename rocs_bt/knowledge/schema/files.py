@@ -44,27 +44,7 @@ TYPES: Mapping[str, type] = {
 }
 # Keywords of the query language (docs/knowledge.md), which cannot name a kind, relation or attribute.
 WORDS = frozenset(
-    [
-        "and",
-        "or",
-        "not",
-        "if",
-        "else",
-        "inf",
-        "True",
-        "False",
-        "no",
-        "where",
-        "order",
-        "by",
-        "descending",
-        "limit",
-        "give",
-        "as",
-        "of",
-        "changed",
-        "since",
-    ]
+    re.findall(r"\w+", "and or not if else inf True False no where order by descending limit give as of changed since")
 )
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 

@@ -1,10 +1,9 @@
 """Knowledge of an agent over a run: change log from a recording, and a drawing."""
 
 from .drawing import draw
-from .recorded import RecordedSignals, recorded_context, recorded_log
+from .recorded import recorded_context, recorded_log
 
 __all__ = [
-    "RecordedSignals",
     "draw",
     "recorded_context",
     "recorded_log",

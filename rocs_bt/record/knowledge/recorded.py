@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
 
 from ...base.errors import InputError, RecordingError, unknown
 from ...base.geometry import Pose2
-from ...base.signal import Signal
 from ...event import KnowledgeChanged
-from ...expression import Environment
-from ...knowledge import SCHEMA, QueryContext, Schema
+from ...knowledge import SCHEMA, QueryContext, Schema, SignalTable
 from ...knowledge.history import ChangeLog, State
 from ..recording import Recording
 from ..samples import TOPICS, environment_of, samples
@@ -44,38 +41,7 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
     return ChangeLog(State(agent, schema), recording.header.label, changes, begin=changes[0].t, end=end)
 
 
-class RecordedSignals:
-    """Values of all signals of an agent at one time of a recording.
-
-    Args:
-        environment: Layout of the signals in a sample.
-        x: Sample of the signals, SI units; NaN for invalid ones.
-    """
-
-    def __init__(self, environment: Environment, x: Sequence[float]) -> None:
-        self._environment = environment
-        self._x = x
-
-    @property
-    def names(self) -> Collection[str]:
-        """Names of all signals."""
-        return self._environment.signals.keys()
-
-    def spec(self, name: str) -> Signal:
-        """Declaration of a signal."""
-        return self._environment.signals[name]
-
-    def slice_of(self, name: str) -> slice:
-        """Slice of the sample of all signals that contains the values of one signal."""
-        start = self._environment.offsets[name]
-        return slice(start, start + self.spec(name).size)
-
-    def read(self, name: str) -> Sequence[float]:
-        """Values of a signal, SI units."""
-        return self._x[self.slice_of(name)]
-
-
-def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, RecordedSignals]:
+def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, SignalTable]:
     """Inputs of a query on recorded knowledge: pose and signals of the querying robot at a time of the run.
 
     Args:
@@ -89,9 +55,17 @@ def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[Qu
     info = next((agent for agent in recording.header.agents if agent.name == log.agent), None)
     if info is None:
         raise RecordingError(f"'{recording.path}' has no signals of {log.agent}.")
-    environment = environment_of(info)
+    table = SignalTable()
+    for signal in environment_of(info).signals.values():
+        table.declare(signal)
+    table.freeze()
     _, x = samples(Tracks.of_recording(recording, TOPICS), info, before=math.nextafter(t, math.inf))
-    signals = RecordedSignals(environment, x[-1].tolist() if len(x) else [math.nan] * environment.size)
-    pose = Pose2(*signals.read("pose")) if "pose" in signals.names else Pose2(math.nan, math.nan)
-    here = None if math.isnan(pose.x) else pose
-    return QueryContext(log.agent, here, t, signals.read, log), signals
+    if len(x):
+        table.update({name: x[-1, table.slice_of(name)] for name in table.names}, t)
+
+    def read(name: str) -> list[float]:
+        values: list[float] = table.read(name, t).tolist()
+        return values
+
+    pose = Pose2(*read("pose")) if "pose" in table else Pose2(math.nan, math.nan)
+    return QueryContext(log.agent, None if math.isnan(pose.x) else pose, t, read, log), table
