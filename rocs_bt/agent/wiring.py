@@ -9,14 +9,15 @@ from typing import Any, TypeVar
 from ..analyze import ANALYZERS, Analyze
 from ..base.clock import Rate
 from ..base.errors import Fault, InputError, located_at, unknown
-from ..catalog import RobotSpec, is_reference, running_class
+from ..base.raised import content_line
+from ..catalog import AnalyzeSpec, MonitorSpec, RobotSpec, is_reference, running_class
+from ..declare import Declared, fields_of, read_arguments
 from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..knowledge import Knowledge
 from ..monitor import MONITORS, Monitor, MonitoredSensor
-from .block import make_block
 
-T = TypeVar("T")
+T = TypeVar("T", bound=Declared)
 LoadClass = Callable[[Path, str], type]
 
 
@@ -44,7 +45,7 @@ def make_monitors(
         with located_at(robot.file, spec.line):
             cls = _resolve(Monitor, spec.cls, MONITORS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            monitor = make_block(cls, spec, monitored, knowledge, sink)
+            monitor = _make(cls, spec, monitored, knowledge, sink)
             for sensor, size in monitor.expects().items():
                 if sensor not in spec.sensors:
                     raise InputError(unknown("sensor", sensor, spec.sensors, f"The monitor '{spec.name}'"))
@@ -76,7 +77,7 @@ def make_analyzers(
         with located_at(robot.file, spec.line):
             cls = _resolve(Analyze, spec.cls, ANALYZERS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):
-            analyzers.append(make_block(cls, spec, knowledge, sink))
+            analyzers.append(_make(cls, spec, knowledge, sink))
     found = {signal for analyze in analyzers for signal in _written(analyze)}
     by_name = {monitor.name: monitor for monitor in monitors}
     written = {name: _written(monitor) for name, monitor in by_name.items()}
@@ -140,3 +141,16 @@ def _resolve(base: Any, name: str, table: Mapping[str, type[T]], robot: RobotSpe
     if not issubclass(found, base):
         raise InputError(f"the class '{cls}' does not extend rocs_bt.{base.__name__}.")
     return found
+
+
+def _make(cls: type[T], spec: MonitorSpec | AnalyzeSpec, *passed: Any) -> T:
+    """Construct a monitor or an analyser from its table; `passed` are the other positional arguments."""
+    what = f"{cls.__name__} '{spec.name}'"
+    given = read_arguments({each.key: each for each in fields_of(cls)}, spec.parameters, what)
+    make: Callable[..., T] = cls
+    try:
+        return make(spec.name, *passed, **given)
+    except (TypeError, ValueError, OverflowError) as error:  # refused by the constructor itself
+        if content_line(error) is not None:  # raised in a user's class
+            raise
+        raise InputError(f"{what} does not take these parameters: {error}.") from error

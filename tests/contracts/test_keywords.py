@@ -64,7 +64,6 @@ FORWARDING = {
     "change",
     "entity",
     "make",
-    "make_block",
     "note",
     "safe",
     "setup",
