@@ -11,7 +11,7 @@ from typing import Annotated, Any, cast
 import numpy as np
 
 from ..base.clock import Clock
-from ..base.errors import Fault, InputError
+from ..base.errors import Fault, InputError, did_you_mean
 from ..base.geometry import Pose2
 from ..base.python_content import is_reference
 from ..base.toml_table import Table
@@ -32,6 +32,7 @@ from ..declare import (
     place_of,
     read,
 )
+from ..drivers.simulated import DEVICES as SIMULATED
 from ..drivers.simulated import Position, declared_keys
 from ..event import EventSink
 from ..interfaces.device import Actuator
@@ -58,6 +59,9 @@ def _driver_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DriverKeys
     declared = None if is_reference(driver) else declared_keys(driver, kind)
     if declared is not None:
         return read(declared, table, kind=Kind(f"driver '{driver}'", Value))
+    if any(driver in shipped for shipped in SIMULATED.values()):
+        hint = did_you_mean(driver, SIMULATED[kind], "The simulation")
+        table.fault("driver", f"'{driver}' is no driver of {kind}s.", hint)
     return Open.of(table, {key: table.raw(key) for key in table.data if key not in table.known})
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, overload
+from typing import Any, cast, overload
 
 from ..base.clock import Rate
-from ..base.errors import DeviceError, Fault, InputError, UnknownName, located_at, unknown
+from ..base.errors import DeviceError, Fault, InputError, located_at
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -19,7 +19,7 @@ from ..catalog.driver import registered_driver
 from ..declare import constructor_fields, read_arguments, read_values
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
-from ..drivers.simulated import ACTUATORS, SENSORS, SimulatedActuator, SimulatedSensor
+from ..drivers.simulated import SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
 
 
@@ -40,14 +40,9 @@ def simulated_device(
         message = f"'{device.name}' uses {other.title} and is not simulated."
         hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
         raise InputError(Fault(message, robot.file, device.line, hint=hint))
-    wanted: Any = SimulatedSensor if isinstance(device, SensorSpec) else SimulatedActuator
     if not is_reference(device.driver):
-        found = device.parameters
-        if isinstance(found, SimulatedSensor | SimulatedActuator) and isinstance(found, wanted):
-            return found
-        kind, known = ("sensor", SENSORS) if wanted is SimulatedSensor else ("actuator", ACTUATORS)
-        with located_at(robot.file, device.line):
-            raise UnknownName(unknown(f"{kind} driver", device.driver, known, "rocs_bt"))
+        return cast("SimulatedSensor | SimulatedActuator", device.parameters)
+    wanted: Any = SimulatedSensor if isinstance(device, SensorSpec) else SimulatedActuator
     cls = _class(catalog, robot, device)
     if not issubclass(cls, wanted):
         raise InputError(

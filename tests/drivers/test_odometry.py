@@ -40,34 +40,6 @@ def test_counts_must_make_sense(wrong: dict[str, float]) -> None:
         make_device(robot.world, robot.name, "odometer", "wheel_travel", {**MOTORS, **wrong})
 
 
-def test_mujoco_and_the_mock_roll_and_turn_alike(make_world: Callable[..., MujocoWorld]) -> None:
-    world = make_world()
-    clock = SimulatedClock(0.05)
-    flat = FlatWorld(clock)
-    mock = FlatRobot(flat, DRIVE, Pose2(0.0, 0.0), motors=dict.fromkeys(MOTORS["motors"], 0.0975))
-    world.place("R2", Pose2(0.0, 0.0))
-    real = [make_device(world, "R2", *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
-    fake = [make_device(mock.world, mock.name, *what) for what in (("o", "wheel_travel", ODOMETER), ("g", "gyro", {}))]
-    wheels = make_device(world, "R2", "wheels", "velocity", MOTORS)
-    mock_wheels = make_device(mock.world, mock.name, "wheels", "velocity", MOTORS)
-    turned = {id(real[1]): 0.0, id(fake[1]): 0.0}
-    start = real[0].read().values
-    for _ in range(60):
-        wheels.command([0.2, 0.3])
-        mock_wheels.command([0.2, 0.3])
-        world.advance(10)
-        flat.advance(0.05)
-        clock.advance()
-        for gyro in (real[1], fake[1]):
-            turned[id(gyro)] += 0.05 * gyro.read().values[0]
-    rolled = np.subtract(real[0].read().values, start)
-    assert rolled == pytest.approx(fake[0].read().values, abs=0.02)
-    assert np.array(fake[0].read().values) / COUNT == pytest.approx(np.round(np.array(fake[0].read().values) / COUNT))
-    # The mean rates add up to the turn, whatever the robot shook between; the first has nothing before it.
-    assert turned[id(real[1])] == pytest.approx(world.pose("R2").yaw - 0.0, abs=0.03)
-    assert turned[id(fake[1])] == pytest.approx(mock.pose.yaw, abs=0.03)
-
-
 def test_a_wheel_that_slips_has_rolled_all_the_same(make_world: Callable[..., MujocoWorld]) -> None:
     world = make_world('<geom name="wall" type="box" size="0.05 2 0.3" pos="0.3 0 0.3"/>')
     world.place("R2", Pose2(0.0, 0.0))

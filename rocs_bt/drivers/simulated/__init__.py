@@ -16,6 +16,7 @@ from .wheels import Velocity, WheelSpeed, WheelTravel
 
 __all__ = [
     "ACTUATORS",
+    "DEVICES",
     "SENSORS",
     "Attitude",
     "Battery",
@@ -59,9 +60,12 @@ SENSORS: Mapping[str, type[SimulatedSensor]] = {
 ACTUATORS: Mapping[str, type[SimulatedActuator]] = {"velocity": Velocity}
 """Actuators of the simulation, by driver."""
 
+DEVICES: Mapping[str, Mapping[str, type[Value]]] = {"sensor": SENSORS, "actuator": ACTUATORS}
+"""Both, by the name of their table in robot.toml."""
+
 
 def declared_keys(driver: str, kind: str) -> type[Value] | None:
-    """Class that declares the keys of a shipped driver, or of one of a package; None if no driver has this name.
+    """Class that declares the keys of a driver; None if no driver of this kind, shipped or of a package, has this name.
 
     Args:
         driver: Name of the driver.
@@ -70,4 +74,4 @@ def declared_keys(driver: str, kind: str) -> type[Value] | None:
     if driver in registered("rocs_bt.devices"):
         found: type[Value] | None = load("rocs_bt.devices", driver).keys.get(kind)
         return found
-    return SENSORS.get(driver) or ACTUATORS.get(driver)
+    return DEVICES[kind].get(driver)
