@@ -249,7 +249,7 @@ def _difference(rule: Rule, expected: Expected, reflexes: Sequence[Reflex], x: S
 
 
 def _same(found: Any, expected: Any) -> bool:
-    if isinstance(found, (list, tuple)) and isinstance(expected, list):
+    if isinstance(found, (list, tuple)) and isinstance(expected, (list, tuple)):
         return len(found) == len(expected) and all(map(_same, found, expected))
     if isinstance(found, float) and isinstance(expected, float):
         return math.isclose(found, expected, rel_tol=_SAME, abs_tol=1e-9)
