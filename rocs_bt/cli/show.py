@@ -103,7 +103,7 @@ def _schema(kind: str) -> str:
     from ..simulation.identified_file import IdentifiedFile
 
     declared = dict(zip(SCHEMAS, (IdentifiedFile, PlannerSpec, RobotSpec, ScenarioSpec), strict=True))
-    return json.dumps(json_schema(declared[kind], kind), indent=2)
+    return json.dumps(json_schema(declared[kind], kind), indent=2, allow_nan=False)
 
 
 def _palette(dialect: str, *, code: bool) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-import math
 import re
+from math import isfinite
 from typing import Any
 
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, units_of
@@ -56,7 +56,7 @@ def _value(each: Field, needed: bool) -> dict[str, Any]:
         one = {"type": "object", "additionalProperties": one}
     if (word := each.mark(Word)) is not None:
         one = {"anyOf": [{"const": word.text}, one]}
-    plain = isinstance(each.default, (bool, int, float, str)) and each.default == each.default  # no NaN
+    plain = isinstance(each.default, (bool, int, str)) or (isinstance(each.default, float) and isfinite(each.default))
     return one | ({"default": written(each, each.default)} if plain else {}) | _doc(each)
 
 
@@ -92,7 +92,7 @@ def _case(tag: str, name: str, table: dict[str, Any]) -> dict[str, Any]:
 def _limits(bounds: Bounds) -> dict[str, float]:
     low = "exclusiveMinimum" if bounds.above else "minimum"
     high = "exclusiveMaximum" if bounds.below else "maximum"
-    return {name: limit for name, limit in ((low, bounds.low), (high, bounds.high)) if math.isfinite(limit)}
+    return {name: limit for name, limit in ((low, bounds.low), (high, bounds.high)) if isfinite(limit)}
 
 
 def _units(dimension: Dimension) -> str:
