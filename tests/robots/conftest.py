@@ -13,15 +13,16 @@ from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor
+from rocs_bt.monitor.range_monitor import GroupTable
 
 from .summit_xl import surround_monitor
 
 NONE = [math.inf] * 3
 GROUPS = {
-    "front": {"beams": [0, 1, 2]},
-    "left_gap": {"beams": [0]},
-    "right_gap": {"beams": [2]},
-    "rear": {"blind": True},
+    "front": GroupTable(beams=(0, 1, 2)),
+    "left_gap": GroupTable(beams=(0,)),
+    "right_gap": GroupTable(beams=(2,)),
+    "rear": GroupTable(blind=True),
 }
 GIVEN = {
     "beams": 3,

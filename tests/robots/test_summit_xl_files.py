@@ -1,6 +1,5 @@
 """Python files of the SUMMIT-XL's folder belong to each run of the robot, and to those of robots based on it."""
 
-import inspect
 import re
 import shutil
 
@@ -11,6 +10,8 @@ from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.check.stub_agent import stub_agent
+from rocs_bt.declare import fields_of
+from rocs_bt.monitor import RangeMonitor
 
 from .summit_xl import FOLDER, surround_monitor
 
@@ -68,9 +69,11 @@ def test_a_check_reports_a_fault_at_the_file_and_line_of_a_sibling(project):
 def test_the_readme_lists_the_monitors_parameters_and_signals(rig):
     text = FOLDER.with_name("README.md").read_text("utf-8").split("## Three-beam sensing")[1].split("\n## ")[0]
     listed = {name for row in re.findall(r"^\| (`.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    own = inspect.signature(surround_monitor.SurroundMonitor.__init__).parameters.values()
+    own = {each.name for each in fields_of(surround_monitor.SurroundMonitor)} - {
+        f.name for f in fields_of(RangeMonitor)
+    }
     signals = {signal.name for signal in rig.monitor.signals()} - {"ranges", *surround_monitor.GROUPS}
-    assert listed == {p.name for p in own if p.kind is p.KEYWORD_ONLY} | signals
+    assert listed == own - base | signals
 
 
 def test_without_code_the_robot_is_refused():
