@@ -226,7 +226,7 @@ def test_a_rule_whose_action_is_active_updates_it():
 def test_a_reflex_that_comes_out_impossible_clears_the_way_and_fails_and_the_arc_goes_on():
     bench = Bench()
     normal = bench.pipeline.submit(Work(), Priority.NORMAL, "leaf")
-    for rate in (-1.0, math.inf):
+    for rate, bound in ((-1.0, "positive"), (math.inf, "finite")):
         ticket = bench.step(reflex("a", parameters={"rate": rate}))
         assert normal.cancelled_by == "a"
         assert bench.pipeline.held
@@ -237,7 +237,7 @@ def test_a_reflex_that_comes_out_impossible_clears_the_way_and_fails_and_the_arc
         )
         bench.pipeline.start(ticket)
         failure = ticket.action.act(None)
-        assert str(failure) == f"CANNOT: rate of Work must be positive, found {rate:g} rad/s."
+        assert str(failure) == f"CANNOT: rate of Work must be {bound}, found {rate:g} rad/s."
         bench.pipeline.fail(ticket, failure)
     ticket = bench.step(reflex("a", parameters={"rate": 2.0}))
     assert (ticket.action.rate, ticket.state) == (2.0, TicketState.QUEUED)
