@@ -26,7 +26,7 @@ help:
 setup: $(STAMP)
 
 # The first Python of 3.11 to 3.14 that runs; once set up, nothing here needs the network.
-$(STAMP): pyproject.toml constraints.txt hatch_build.py rocs_bt/reactive/_kernel.c $(wildcard rocs_bt/reactive/kernel/*.h)
+$(STAMP): pyproject.toml constraints.txt hatch_build.py rocs_bt/expression/_kernel.c $(wildcard rocs_bt/expression/kernel/*.h)
 	@set -e; if [ ! -x $(BIN)/python ]; then \
 	    for python in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	        if "$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' 2>/dev/null; \

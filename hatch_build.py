@@ -18,7 +18,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-SOURCE = Path("rocs_bt", "reactive", "_kernel.c")
+SOURCE = Path("rocs_bt", "expression", "_kernel.c")
 BINARY = SOURCE.with_name(f"{SOURCE.stem}.abi3.so")
 # Results must be Python's own, bit for bit: no fused multiply-add, nothing of -ffast-math that changes a value.
 FLAGS = [

@@ -62,21 +62,23 @@ def _snapshot(count: int, trace: Floats) -> Iterator[Row]:
     micros = _micros(evaluators, trace)
     ratios = {
         "ours, kernel": ("C by hand", 3.0 if count == 100 else None),
-        "ours, Python": ("Python by hand", 1.0 if count == 100 else None),
+        "ours, numpy": ("Python by hand", None),
         "C by hand": ("", None),
         "Python by hand": ("", None),
     }
     for name, value in micros.items():
-        baseline, limit = ratios.get(name, ("ours, kernel" if "ours, kernel" in micros else "ours, Python", None))
+        baseline, limit = ratios.get(name, ("ours, kernel" if "ours, kernel" in micros else "ours, numpy", None))
         ratio = value / micros[baseline] if baseline in micros else None
         words = "" if limit is None else f"<= {limit:g}x {baseline}"
         holds = None if limit is None or ratio is None else ratio <= limit
+        if name == "ours, numpy" and count == 100:
+            words, holds = "<= 1 ms", value <= 1e3
         yield Row(f"rules: {count}, {name}", value, "us", baseline, ratio, words, holds)
 
 
 def _evaluators(guards: list[Guard], table: RuleTable) -> Iterator[tuple[str, Evaluator]]:
     for backend in _backends():
-        label = "ours, kernel" if backend.name == "kernel" else "ours, Python"
+        label = "ours, kernel" if backend.name == "kernel" else "ours, numpy"
         yield label, backend.machine(table).step
     yield "Python by hand", peers.python_by_hand(guards)
     for name, make in {"C by hand": peers.c_by_hand, **peers.PEERS}.items():
@@ -87,7 +89,7 @@ def _evaluators(guards: list[Guard], table: RuleTable) -> Iterator[tuple[str, Ev
 
 
 def _backends() -> Iterator[Backend]:
-    yield choose_backend("python")
+    yield choose_backend("numpy")
     try:
         yield choose_backend("kernel")
     except InputError as error:
@@ -136,22 +138,22 @@ def _copying(rows: Floats, x: Floats) -> float:
 
 
 def _batch(trace: Floats) -> Iterator[Row]:
-    """100 rules in the kernel on a million recorded rows, and on a fleet."""
+    """100 rules on a million recorded rows, and on a fleet."""
     table = lower_rules(_rules(peers.guards(100)).rules)
     chunk = np.tile(np.concatenate([trace, trace[::-1]]), (TILES, 1))
     times = np.arange(len(chunk)) * PERIOD
-    kernel = next((b for b in _backends() if b.name == "kernel"), None)
-    if kernel is None:
-        return
-    values, start = table.start(), time.process_time()
-    for k in range(CHUNKS):
-        kernel.batch_time(table, chunk, times + k * (times[-1] + PERIOD), values)
-    took = (time.process_time() - start) * 1e6 / (CHUNKS * len(chunk))
-    yield Row("rules: 100 on 1e6 recorded rows, kernel", took, "s", "", None, "<= 2 s", took <= 2.0)
-    lanes = chunk[:4096]
-    states = table.start(len(lanes))
-    tick = _median(lambda: kernel.batch_lanes(table, lanes, 0.0, states))
-    yield Row(f"rules: 100 for {len(lanes)} robots, one tick, kernel", tick * 1e3, "ms")
+    for backend in _backends():
+        limit = 2.0 if backend.name == "kernel" else 8.0
+        values, start = table.start(), time.process_time()
+        for k in range(CHUNKS):
+            backend.batch_time(table, chunk, times + k * (times[-1] + PERIOD), values)
+        took = (time.process_time() - start) * 1e6 / (CHUNKS * len(chunk))
+        words = f"<= {limit:g} s"
+        yield Row(f"rules: 100 on 1e6 recorded rows, {backend.name}", took, "s", "", None, words, took <= limit)
+        lanes = chunk[:4096]
+        states = table.start(len(lanes))
+        tick = _median(functools.partial(backend.batch_lanes, table, lanes, 0.0, states))
+        yield Row(f"rules: 100 for {len(lanes)} robots, one tick, {backend.name}", tick * 1e3, "ms")
 
 
 def _compile() -> Iterator[Row]:

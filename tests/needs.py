@@ -16,7 +16,7 @@ from types import ModuleType
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.reactive.kernel_backend import kernel_missing
+from rocs_bt.expression import kernel_missing
 
 from . import chromium
 

@@ -20,7 +20,7 @@ from ..base.errors import Fault, InputError, RocsError
 from ..base.registered import GROUPS, load, registered
 from ..base.units import Bounds
 from ..catalog import Catalog
-from ..reactive import kernel_missing
+from ..expression import kernel_missing
 from .docs import find_manual
 from .options import QuantityType
 from .terminal import echo, styled

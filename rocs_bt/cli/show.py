@@ -33,7 +33,7 @@ SCHEMAS = ("identified", "planner", "robot", "scenario")
 @click.option("--stub-unknown", is_flag=True, help="XML missions: replace unknown or invalid nodes by stubs.")
 @click.option("--nodes", "dialect", type=click.Choice(dialects()), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
-@click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
+@click.option("--compiled", is_flag=True, help="Rule files: show the program that they are compiled to.")
 @click.option("--palette", is_flag=True, help="Write the nodes available to missions instead, for an editor.")
 @click.option("--schema", type=click.Choice(SCHEMAS), help="Write the JSON Schema of such files instead.")
 @no_code_option
@@ -119,11 +119,11 @@ def _palette(dialect: str, *, code: bool) -> str:
 
 def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:
     from ..check import fitted_rules
-    from ..reactive import lower_rules, python_source
+    from ..reactive import lower_rules
 
     ((_, rules),) = fitted_rules(catalog.find("rules", name), catalog, robot)
     if compiled:
-        return python_source(lower_rules(rules.rules))
+        return "\n".join(lower_rules(rules.rules).listing())
     lines = [rules.doc] if rules.doc else []
     lines += [f"{name} = {Quantity(value, rules.dimensions[name])}" for name, value in rules.thresholds.items()]
     for rule in sorted(rules.rules, key=lambda r: -r.priority):

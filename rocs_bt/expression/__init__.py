@@ -4,14 +4,15 @@ The package depends on signals and units only, so any module that reads a condit
 """
 
 from .absent import ABSENT, NO_NAME, is_absent, one_for_each_signal
-from .compiler import Expression, Values, compile_expression, compile_node, compile_plain
+from .argument_kinds import Misuse
 from .environment import Environment, Forms
-from .functions import FUNCTIONS, Misuse
-from .interpreter import evaluate
+from .evaluator import Expression, Values, evaluate
+from .kernel import kernel_missing
 from .lower import lower
 from .node import PLAIN, TRUTH, Kind, Node
-from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, parse
-from .program import Op, Program
+from .operators import FUNCTIONS
+from .parser import MAX_DEPTH, MAX_LENGTH, MAX_SIZE, compile_expression, parse
+from .program import Program
 from .quantities import blank_texts
 from .reading import reading
 from .requirement import Requirement, parse_requirement
@@ -31,16 +32,14 @@ __all__ = [
     "Kind",
     "Misuse",
     "Node",
-    "Op",
     "Program",
     "Requirement",
     "Values",
     "blank_texts",
     "compile_expression",
-    "compile_node",
-    "compile_plain",
     "evaluate",
     "is_absent",
+    "kernel_missing",
     "lower",
     "one_for_each_signal",
     "parse",

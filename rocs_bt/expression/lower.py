@@ -9,16 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from .node import TEMPORAL_OPS, Node
-from .program import REDUCTIONS, TOLERANCE, Op, Program, ring_shape
+from .operators import CODES, INSTRUCTIONS, Form
+from .program import TOLERANCE, Program, ring_shape
 
-_ONE_BY_ONE = {
-    "neg": Op.NEG, "abs": Op.ABS, "sign": Op.SIGN, "side": Op.SIDE, "sqrt": Op.SQRT, "wrap_angle": Op.WRAP,
-    "+": Op.ADD, "-": Op.SUB, "*": Op.MUL, "/": Op.DIV, "hypot": Op.HYPOT, "atan2": Op.ATAN2, "clip": Op.CLIP,
-    "not": Op.NOT,
-}  # fmt: skip  # a table
-_REDUCERS = {"min": Op.MIN, "max": Op.MAX, "any": Op.ANY, "all": Op.ALL, "sum": Op.SUM}
-_COMPARE = {"<": Op.LT, "<=": Op.LE, ">": Op.LT, ">=": Op.LE, "==": Op.EQ, "!=": Op.NE}
-_TRUTHS = {Op.LT, Op.LE, Op.EQ, Op.NE, Op.NOT, Op.AND, Op.OR, Op.ANY, Op.ALL, Op.HELD, Op.SINCE}
+_SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
+_COMPARE = {"<": "lt", "<=": "le", ">": "lt", ">=": "le", "==": "eq", "!=": "ne"}
 
 
 def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) -> Program:
@@ -38,19 +33,18 @@ class _Lowering:
         indices = sorted(_read_by(nodes))
         self._register_of = {index: register for register, index in enumerate(indices)}
         self._initial = [math.nan] * len(indices)
-        self._truth = [False] * len(indices)
         self._constants: dict[tuple[object, ...], int] = {}
         self._code: list[tuple[int, ...]] = []
         self._texts: list[str] = []
         self._cells: list[float] = []
-        self._known: dict[tuple[int, ...], int] = {}
+        self._known: dict[tuple[object, ...], int] = {}
         self._done: dict[int, int] = {}
         self._margins: dict[tuple[int, bool], int] = {}
         self._temporal: dict[Node, int] = {}
         self._reads = _runs(indices)
         for start, stop in self._reads:
             dst, n = self._register_of[start], stop - start
-            self._code.append((Op.LOAD, n, dst, start, 0, 0, 1, 0))
+            self._code.append((CODES["load"], n, dst, start, 0, 0, 1, 0))
             self._texts.append("")
 
     def program(self, nodes: Sequence[Node], also: Sequence[Node], margins: int) -> Program:
@@ -61,14 +55,9 @@ class _Lowering:
                     if part.op in TEMPORAL_OPS:
                         self.node(part)
         found = [self.margin(node, mixed_units(node)) for node in nodes[:margins]]
-        constant = np.zeros(len(self._initial), bool)
-        for key, register in self._constants.items():
-            constant[register : register + len(key) - 1] = True
         return Program(
             code=np.array(self._code, np.int32).reshape(-1, 8),
             registers=np.array(self._initial, float),
-            truth=np.array(self._truth, bool),
-            constant=constant,
             cells=np.array(self._cells, float),
             roots=np.array(roots, np.int32),
             margins=np.array(found + [-1] * (len(nodes) - margins), np.int32),
@@ -87,31 +76,31 @@ class _Lowering:
     def _lowered(self, node: Node) -> int:
         match node.op:
             case "number" | "truth":
-                return self._constant(float(node.value), node.op == "truth")
+                return self._constant(float(node.value))
             case "vector":
                 return self._constant(tuple(float(arg.value) for arg in node.args))
             case "read":
                 return self._register_of[node.start]
             case "and" | "or":
-                return self._chain(Op.AND if node.op == "and" else Op.OR, [self.node(a) for a in node.args], node)
+                return self._chain(node.op, [self.node(a) for a in node.args], node)
             case "compare":
                 return self._compare(node)
             case "if":
                 test, then, other = (self.node(arg) for arg in node.args)
                 wide = (node.args[1].kind.size > 0) | (node.args[2].kind.size > 0) << 1
-                return self._emit(Op.SELECT, node, then, other, test, wide=wide, truth=node.kind.boolean)
-            case "min" | "max" | "sum" | "mean" | "any" | "all" | "count" | "argmin" | "min_valid" | "dot":
-                return self._reduce(node)
+                return self._emit("select", node, then, other, test, wide=wide)
         if node.op in TEMPORAL_OPS:
             register = self._remember(node)
             self._temporal[node] = register
             return register
+        if node.op == "mean" or INSTRUCTIONS[CODES[_SIGNS.get(node.op, node.op)]].form is Form.GROUP:
+            return self._reduce(node)
         args = [self.node(arg) for arg in node.args]
         wide = sum((arg.kind.size > 0) << i for i, arg in enumerate(node.args))
         a, b, c = (*args, 0, 0)[:3]
-        return self._emit(_ONE_BY_ONE[node.op], node, a, b, c, wide=wide)
+        return self._emit(_SIGNS.get(node.op, node.op), node, a, b, c, wide=wide)
 
-    def _chain(self, op: Op, registers: Sequence[int], node: Node, n: int = 0) -> int:
+    def _chain(self, op: str, registers: Sequence[int], node: Node, n: int = 0) -> int:
         register = registers[0]
         for other in registers[1:]:
             register = self._emit(op, node, register, other, wide=3 if n else 0, n=n)
@@ -125,9 +114,9 @@ class _Lowering:
             wide, size = _wide(left, right), max(left.kind.size, right.kind.size)
             register = self._emit(_COMPARE[sign], node, self.node(left), self.node(right), wide=wide, n=size)
             found.append((register, size))
-        return self._joined(Op.AND, node, found)
+        return self._joined("and", node, found)
 
-    def _joined(self, op: Op, node: Node, found: Sequence[tuple[int, int]]) -> int:
+    def _joined(self, op: str, node: Node, found: Sequence[tuple[int, int]]) -> int:
         """Combine the comparisons of a chain such as `a < b < c`; returns the register of the result."""
         (register, size), *others = found
         for other, more in others:
@@ -137,56 +126,32 @@ class _Lowering:
 
     def _reduce(self, node: Node) -> int:
         args = [(self.node(arg), arg.kind.size) for arg in node.args]
-        (first, size), n = args[0], max(1, args[0][1])
-        match node.op:
-            case "min" | "max":
-                op, both = (Op.MIN, Op.MIN2) if node.op == "min" else (Op.MAX, Op.MAX2)
-                parts = [self._emit(op, arg, r, n=s) if s else r for (r, s), arg in zip(args, node.args, strict=True)]
-                return self._chain(both, parts, node)
-            case "count" | "argmin":
-                return self._emit(Op.COUNT if node.op == "count" else Op.ARGMIN, node, first, n=n)
-            case "min_valid":
-                return self._emit(Op.MIN_VALID, node, first, args[1][0], n=n)
-            case "dot":
-                return self._emit(Op.DOT, node, first, args[1][0], n=n)
-            case "mean" if size:
-                total = self._emit(Op.SUM, node, first, n=n)
-                return self._emit(Op.DIV, node, total, self._constant(float(size)))
-        return self._emit(_REDUCERS[node.op], node, first, n=n) if size else first
+        first, size = args[0]
+        if node.op in ("min", "max"):
+            parts = [self._emit(node.op, arg, r, n=n) if n else r for (r, n), arg in zip(args, node.args, strict=True)]
+            return self._chain(f"{node.op}2", parts, node)
+        if node.op in ("sum", "mean", "any", "all") and not size:
+            return first
+        if node.op == "mean":
+            total = self._emit("sum", node, first, n=size)
+            return self._emit("div", node, total, self._constant(float(size)))
+        return self._emit(node.op, node, first, args[-1][0] if len(args) > 1 else 0, n=size)
 
     def _remember(self, node: Node) -> int:
         """Register of the value of a temporal operator; `once(a)` is computed as `not held(not a)`."""
         args = [self.node(arg) for arg in node.args]
-        match node.op:
-            case "held":
-                return self._temporal_code(Op.HELD, node, args, [math.inf] * 2)
-            case "once":
-                never = self._emit(Op.NOT, node, args[0])
-                held = self._temporal_code(Op.HELD, node, [never], [-math.inf] * 2)
-                return self._emit(Op.NOT, node, held)
-            case "since":
-                return self._temporal_code(Op.SINCE, node, args, [-math.inf] * 2)
-            case "time_since":
-                return self._temporal_code(Op.AGO, node, args, [-math.inf])
-            case "rate":
-                return self._temporal_code(Op.RATE, node, args)
-        return self._temporal_code(Op.DELAY, node, args, truth=node.kind.boolean)
+        if node.op == "once":
+            held = self._temporal_code("held", node, [self._emit("not", node, args[0])], -math.inf)
+            return self._emit("not", node, held)
+        return self._temporal_code(node.op, node, args, math.inf if node.op == "held" else -math.inf)
 
-    def _temporal_code(
-        self,
-        op: Op,
-        node: Node,
-        args: Sequence[int],
-        cells: list[float] | None = None,
-        before: float = math.nan,
-        truth: bool | None = None,
-    ) -> int:
-        window = float(node.value)
+    def _temporal_code(self, op: str, node: Node, args: Sequence[int], before: float = math.nan) -> int:
+        """Append a temporal instruction; `before` is the value before the first sample."""
+        window, row = float(node.value), INSTRUCTIONS[CODES[op]]
         width, capacity = ring_shape(window)
         constants = self._constant((window - TOLERANCE, width - TOLERANCE, before, float(capacity)))
-        cells = [0.0] * (2 + 2 * capacity) if cells is None else cells
-        a, b = (*args, 0)[:2]
-        return self._emit(op, node, a, b, constants, cells=cells, truth=truth)
+        cells = [before] * row.cells or [0.0] * (2 + 2 * capacity)
+        return self._emit(op, node, args[0], args[-1] if row.operands > 1 else 0, constants, cells=cells)
 
     def margin(self, node: Node, mixed: bool) -> int:
         """First register of the robustness margin of an expression, which is positive if the expression is true.
@@ -203,36 +168,36 @@ class _Lowering:
             return self.margin(arg, mixed)
 
         def neg(register: int) -> int:
-            return self._emit(Op.NEG, node, register)
+            return self._emit("neg", node, register)
 
         match node.op:
             case "truth":
                 return self._constant(math.inf if node.value else -math.inf)
             case "not":
-                return self._emit(Op.NEG, node, of(node.args[0]), wide=node.kind.size > 0)
+                return self._emit("neg", node, of(node.args[0]), wide=node.kind.size > 0)
             case "and" | "or":
-                return self._chain(Op.WORST if node.op == "and" else Op.BEST, [of(arg) for arg in node.args], node)
+                return self._chain("worst" if node.op == "and" else "best", [of(arg) for arg in node.args], node)
             case "if":
                 test, then, other = (of(arg) for arg in node.args)
                 one, both = (2, 3) if node.kind.size else (0, 0)
-                yes = self._emit(Op.WORST, node, test, then, wide=one)
-                no = self._emit(Op.WORST, node, neg(test), other, wide=one)
-                best = self._emit(Op.BEST, node, yes, no, wide=both)
+                yes = self._emit("worst", node, test, then, wide=one)
+                no = self._emit("worst", node, neg(test), other, wide=one)
+                best = self._emit("best", node, yes, no, wide=both)
                 # NaN if the condition is invalid, even if the branches have the same margin.
-                return self._emit(Op.SELECT, node, best, best, self.node(node.args[0]), wide=both, truth=False)
+                return self._emit("select", node, best, best, self.node(node.args[0]), wide=both)
             case "any" | "all":
                 group = node.args[0]
-                op = Op.BEST_OF if node.op == "any" else Op.WORST_OF
+                op = "best_of" if node.op == "any" else "worst_of"
                 return self._emit(op, node, of(group), n=group.kind.size) if group.kind.size else of(group)
             case "held":
-                return self._temporal_code(Op.LOWEST, node, [of(node.args[0])], before=-math.inf)
+                return self._temporal_code("lowest", node, [of(node.args[0])], before=-math.inf)
             case "once":
-                lowest = self._temporal_code(Op.LOWEST, node, [neg(of(node.args[0]))], before=math.inf)
+                lowest = self._temporal_code("lowest", node, [neg(of(node.args[0]))], before=math.inf)
                 return neg(lowest)
             case "since":
-                return self._temporal_code(Op.SINCE_MARGIN, node, [of(arg) for arg in node.args])
+                return self._temporal_code("since_margin", node, [of(arg) for arg in node.args])
             case "delay":
-                return self._temporal_code(Op.DELAY, node, [of(node.args[0])], truth=False)
+                return self._temporal_code("delay", node, [of(node.args[0])])
         return self._gaps(node, self._constant(margin_scale(node) if mixed else 1.0))
 
     def _gaps(self, node: Node, scale: int) -> int:
@@ -243,27 +208,26 @@ class _Lowering:
                 left, right = right, left
             size, wide = max(left.kind.size, right.kind.size), _wide(left, right)
             a, b = self.node(left), self.node(right)
-            gap = self._emit(Op.GAP, node, a, b, scale, wide=wide, n=size)
+            gap = self._emit("gap", node, a, b, scale, wide=wide, n=size)
             if sign in ("==", "!="):
-                back = self._emit(Op.GAP, node, b, a, scale, wide=_wide(right, left), n=size)
-                gap = self._emit(Op.WORST, node, gap, back, wide=3 if size else 0, n=size)
+                back = self._emit("gap", node, b, a, scale, wide=_wide(right, left), n=size)
+                gap = self._emit("worst", node, gap, back, wide=3 if size else 0, n=size)
             if sign == "!=":
-                gap = self._emit(Op.NEG, node, gap, wide=size > 0, n=size)
+                gap = self._emit("neg", node, gap, wide=size > 0, n=size)
             found.append((gap, size))
-        return self._joined(Op.WORST, node, found)
+        return self._joined("worst", node, found)
 
-    def _constant(self, value: float | tuple[float, ...], truth: bool = False) -> int:
+    def _constant(self, value: float | tuple[float, ...]) -> int:
         values = value if isinstance(value, tuple) else (value,)
-        key = (truth, *map(repr, values))
+        key = tuple(map(repr, values))
         if key not in self._constants:
             self._constants[key] = len(self._initial)
             self._initial.extend(values)
-            self._truth.extend([truth] * len(values))
         return self._constants[key]
 
     def _emit(
         self,
-        op: Op,
+        op: str,
         node: Node,
         a: int,
         b: int = 0,
@@ -271,24 +235,21 @@ class _Lowering:
         wide: int = 0,
         n: int | None = None,
         cells: list[float] | None = None,
-        truth: bool | None = None,
     ) -> int:
         """Append an instruction, unless an equal one exists; returns the register of the result."""
         n = max(1, node.kind.size if n is None else n)
-        first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0
-        key = (op, n, a, b, c, wide, first)
+        key = (op, n, a, b, c, wide)
         if key in self._known:
             return self._known[key]
-        dst, size = len(self._initial), 1 if op in REDUCTIONS else n
+        dst, size = len(self._initial), n if INSTRUCTIONS[CODES[op]].form is Form.EACH else 1
         self._known[key] = dst
         cell = 0
         if cells is not None:
             cell = len(self._cells)
             self._cells.extend(cells)
-        self._code.append((op, n, dst, a, b, c, wide, cell))
+        self._code.append((CODES[op], n, dst, a, b, c, wide, cell))
         self._texts.append(node.text)
         self._initial.extend([math.nan] * size)
-        self._truth.extend([op in _TRUTHS if truth is None else truth] * size)
         return dst
 
 

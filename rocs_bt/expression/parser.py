@@ -19,10 +19,11 @@ from ..base.errors import Fault, InputError, did_you_mean, unknown
 from ..base.signal import Signal
 from ..base.units import NONE, TIME, Quantity
 from .absent import absent_name
+from .argument_kinds import Misuse, same_dimension, same_size
 from .environment import Environment
-from .functions import FUNCTIONS, Misuse, same_dimension, same_size
-from .interpreter import evaluate
+from .evaluator import Expression, evaluate
 from .node import TRUTH, Kind, Node
+from .operators import FUNCTIONS
 from .quantities import Folded, fold_quantities
 
 MAX_LENGTH = 1000  # characters
@@ -102,6 +103,15 @@ def _depths(text: str) -> list[int]:
 def _span(signal: Signal) -> float:
     low, high = signal.bounds
     return high - low
+
+
+def compile_expression(text: str, environment: Environment) -> Expression:
+    """Parse and compile an expression with a single value.
+
+    Raises:
+        InputError: See `parse`.
+    """
+    return Expression(parse(text, environment))
 
 
 class _Reader:

@@ -14,7 +14,7 @@ and maxima keep the first.
 ====================  ==========================================================================================
 LOAD                  r[dst + i] = x[a + i], i in 0 .. n-1: the snapshot; the first instructions of a program
 NEG ABS SIGN SIDE     -A; |A|; -1, 0 or 1; 1 where A >= 0, else -1
-SQRT WRAP             root, NaN of A < 0; IEEE remainder by 2 pi, -pi becoming pi, NaN of an infinite A
+SQRT WRAP_ANGLE       root, NaN of A < 0; IEEE remainder by 2 pi, -pi becoming pi, NaN of an infinite A
 ADD SUB MUL DIV       A + B ...; A / B is NaN where B == 0
 HYPOT ATAN2           the C library's
 MIN2 MAX2             B if B < A else A; B if B > A else A; NaN if either is
@@ -29,7 +29,7 @@ ANY ALL               OR, AND over the n values
 COUNT                 number of values that are 1; NaN if any is NaN
 MIN_VALID             minimum of the values that are not NaN; NaN if fewer than r[b] are
 DOT                   r[a]*r[b] + r[a+1]*r[b+1] ..., in this order, each product rounded before it is added
-HELD SINCE AGO        temporal, truth in (below)
+HELD SINCE TIME_SINCE temporal, truth in (below)
 RATE DELAY            temporal, numbers or truth in
 GAP                   robustness margin of A < B: 0.0 if A == B, else (B - A) / C; NaN if any is
 WORST BEST            margins joined by and, by or: m = the less of those that are not NaN; NaN if either operand is
@@ -52,7 +52,7 @@ of 1e-9 s, which is included in the constants. The state is an array `cells` of 
   or possibly (p) 1 and since which A was certainly or possibly 1; +inf while it is valid, -inf for none. First, each
   cell that is +inf becomes t. Then if B is 1, both become +inf; else, d = -inf unless A is 1, and p = +inf if B is NaN,
   -inf if B is 0 and A is 0. Gives 1 if t - d < window, else NaN if t - p < window, else 0.
-- AGO(A) over a cell [l], -inf at first: l = t if A is 1. Gives t - l, NaN if A is NaN.
+- TIME_SINCE(A) over a cell [l], -inf at first: l = t if A is 1. Gives t - l, NaN if A is NaN.
 
 The others keep a *ring buffer*: `[head, count, t0, v0, t1, v1, ...]` for `capacity` = floor(T / w) + 3 pairs, where w
 is the larger of 10 ms and T / 256; `head` is the index of the oldest pair, and the others follow modulo `capacity`. A
@@ -73,91 +73,18 @@ If t is less than the time of the last step, all cells are first reset to `Progr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .node import Node
+from .operators import INSTRUCTIONS, Form
 
 TOLERANCE = 1e-9  # [s]; periods such as 0.05 s have no exact sums
 GRAIN = 0.01  # [s]; minimum time resolution of a ring buffer
 PAIRS = 256  # number of intervals into which a ring buffer divides a long window
-
-
-class Op(IntEnum):
-    """Instructions. The compiled kernel uses the same numbers, so new instructions must be appended."""
-
-    LOAD = 0
-    NEG = 1
-    ABS = 2
-    SIGN = 3
-    SIDE = 4
-    SQRT = 5
-    WRAP = 6
-    ADD = 7
-    SUB = 8
-    MUL = 9
-    DIV = 10
-    HYPOT = 11
-    ATAN2 = 12
-    MIN2 = 13
-    MAX2 = 14
-    CLIP = 15
-    SELECT = 16
-    LT = 17
-    LE = 18
-    EQ = 19
-    NE = 20
-    NOT = 21
-    AND = 22
-    OR = 23
-    MIN = 24
-    MAX = 25
-    ARGMIN = 26
-    SUM = 27
-    ANY = 28
-    ALL = 29
-    COUNT = 30
-    MIN_VALID = 31
-    DOT = 32
-    HELD = 33
-    SINCE = 34
-    AGO = 35
-    RATE = 36
-    DELAY = 37
-    GAP = 38
-    WORST = 39
-    BEST = 40
-    WORST_OF = 41
-    BEST_OF = 42
-    LOWEST = 43
-    SINCE_MARGIN = 44
-
-
-REDUCTIONS = frozenset(
-    {Op.MIN, Op.MAX, Op.ARGMIN, Op.SUM, Op.ANY, Op.ALL, Op.COUNT, Op.MIN_VALID, Op.DOT, Op.WORST_OF, Op.BEST_OF}
-)
-TEMPORAL = frozenset({Op.HELD, Op.SINCE, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
-RINGS = frozenset({Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
-_UNARY = (REDUCTIONS - {Op.DOT, Op.MIN_VALID}) | {
-    Op.NEG,
-    Op.ABS,
-    Op.SIGN,
-    Op.SIDE,
-    Op.SQRT,
-    Op.WRAP,
-    Op.NOT,
-    Op.HELD,
-    Op.AGO,
-    Op.RATE,
-    Op.DELAY,
-    Op.LOWEST,
-}
-_TERNARY = (Op.CLIP, Op.SELECT, Op.GAP)
-_OPERANDS = [0 if op is Op.LOAD else 1 if op in _UNARY else 3 if op in _TERNARY else 2 for op in Op]
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +94,6 @@ class Program:
     Attributes:
         code: Instructions, int32, shape (n, 8), C order.
         registers: Initial values of the registers, float64: constants, and NaN elsewhere.
-        truth: Whether each register is a truth value, bool, as long as `registers`.
-        constant: Whether each register is a constant, bool.
         cells: Initial state of the temporal operators, float64.
         roots: Register of each expression's value, int32, in the order of the expressions.
         margins: Register of each expression's robustness margin, int32; -1 if it has none, because its value is a
@@ -180,8 +105,6 @@ class Program:
 
     code: NDArray[np.int32]
     registers: NDArray[np.float64]
-    truth: NDArray[np.bool_]
-    constant: NDArray[np.bool_]
     cells: NDArray[np.float64]
     roots: NDArray[np.int32]
     margins: NDArray[np.int32]
@@ -189,10 +112,51 @@ class Program:
     texts: tuple[str, ...]
     reads: tuple[tuple[int, int], ...]
 
+    def listing(self) -> list[str]:
+        """Lines for people, one for each instruction: `r9 = lt r8 0.4    min(front) < near`; x is the snapshot."""
+        constants = {i: f"{value:g}" for i, value in enumerate(self.registers.tolist()) if value == value}
+        lines = []
+        for code, text in zip(self.code.tolist(), self.texts, strict=True):
+            operator, dst = INSTRUCTIONS[code[0]], _span("r", code[2], size_of(code))
+            if not operator.operands:
+                lines.append(f"{dst} = {_span('x', code[3], code[1])}")
+                continue
+            args = [_span("r", g[0], len(set(g))) if g[0] not in constants else
+                    " ".join(constants[r] for r in dict.fromkeys(g)) for g in operands(code)]  # fmt: skip
+            window = f" {self.registers[code[5]] + TOLERANCE:g} s" if operator.form in (Form.CELLS, Form.RING) else ""
+            lines.append(f"{f'{dst} = {operator.name} ' + ' '.join(args) + window:<40}  {' '.join(text.split())}")
+        return lines
 
-def operands(op: int, a: int, b: int, c: int) -> tuple[int, ...]:
-    """Registers that an instruction reads, without those with the constants of a temporal operator."""
-    return (a, b, c)[: _OPERANDS[op]]
+
+def _span(array: str, first: int, count: int) -> str:
+    return f"{array}{first}" if count == 1 else f"{array}{first}..{first + count - 1}"
+
+
+def operands(code: Sequence[int]) -> list[range | list[int]]:
+    """Registers of each operand of an instruction, without those with the constants of a temporal operator."""
+    op, n, _, a, b, c, wide, _ = code
+    row = INSTRUCTIONS[op]
+    if row.form is Form.GROUP:  # the second operand of `dot` is a vector, that of `min_valid` a number
+        sizes = [n, n if row.name == "dot" else 1, 1]
+        return [range(r, r + size) for r, size in zip((a, b, c)[: row.operands], sizes, strict=False)]
+    firsts = (a, b, c)[: row.operands]
+    return [range(r, r + n) if wide >> i & 1 else [r] * n for i, r in enumerate(firsts)]
+
+
+def size_of(code: Sequence[int]) -> int:
+    """Number of registers that an instruction writes."""
+    return code[1] if INSTRUCTIONS[code[0]].form is Form.EACH else 1
+
+
+def depths(program: Program) -> list[int]:
+    """Depth of each instruction: one more than the greatest of its operands'."""
+    found: list[int] = []
+    at = [0] * len(program.registers)
+    for code in program.code.tolist():
+        depth = 1 + max((at[r] for group in operands(code) for r in group), default=0)
+        found.append(depth)
+        at[code[2] : code[2] + size_of(code)] = [depth] * size_of(code)
+    return found
 
 
 def ring_shape(window: float) -> tuple[float, int]:

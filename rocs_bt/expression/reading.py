@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 from ..base.units import Quantity
-from .interpreter import evaluate
+from .evaluator import Snapshot, evaluate
 from .node import Node
 
 _WORDS: Mapping[float | bool | None, str] = {True: "true", False: "false", None: "invalid"}
 
 
-def reading(node: Node, x: Sequence[float]) -> str:
+def reading(node: Node, x: Snapshot) -> str:
     """Text with the values of the operands of all comparisons; temporal operands are left out.
 
     Of an `or`, only the alternatives that are true are included; if none is, those that are invalid; if none is, all.
@@ -34,7 +34,7 @@ def reading(node: Node, x: Sequence[float]) -> str:
     return ", ".join(found.values())
 
 
-def _comparisons(node: Node, x: Sequence[float]) -> Iterator[Node]:
+def _comparisons(node: Node, x: Snapshot) -> Iterator[Node]:
     if node.op == "compare":
         yield from (part for part in node.walk() if part.op == "compare")
         return

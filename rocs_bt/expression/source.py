@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from .environment import Environment
-from .functions import FUNCTIONS
 from .node import Node
+from .operators import FUNCTIONS
 
 _INFIX = frozenset("+-*/")
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from py_trees.behaviour import Behaviour
 
 from ..base.clock import Clock
@@ -34,7 +35,7 @@ class SignalCondition:
     """
 
     expression: Expression
-    snapshot: Callable[[], tuple[Sequence[float], float]]
+    snapshot: Callable[[], tuple[NDArray[np.float64], float]]
 
     def holds(self) -> bool:
         """Whether the condition is true; false if its value is invalid."""
@@ -200,7 +201,7 @@ class MissionContext:
         self.check_options = check_options
         self._paths: Mapping[Any, str] = {}
         self._time = self.clock.now()
-        self._snapshot: list[float] | None = None
+        self._snapshot: NDArray[np.float64] | None = None
 
     @property
     def parts(self) -> dict[str, Any]:
@@ -268,10 +269,10 @@ class MissionContext:
             )
         return guard
 
-    def _snapshot_of_tick(self) -> list[float]:
+    def _snapshot_of_tick(self) -> NDArray[np.float64]:
         """Values of the snapshot of this tick."""
         if self._snapshot is None:
-            self._snapshot = self.knowledge.signals.snapshot(self._time).tolist()
+            self._snapshot = self.knowledge.signals.snapshot(self._time)
         return self._snapshot
 
 

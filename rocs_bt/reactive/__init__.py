@@ -7,8 +7,6 @@ from .arguments import rule_misfits
 from .backend import Backend, Machine, Steps
 from .choose_backend import choose_backend
 from .include import included_files
-from .kernel_backend import kernel_missing
-from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
 from .reflex_arc import ReflexArc
 from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, RuleTest
@@ -40,10 +38,8 @@ __all__ = [
     "check_rules",
     "choose_backend",
     "included_files",
-    "kernel_missing",
     "load_rules",
     "lower_rules",
-    "python_source",
     "required_signals",
     "rule_misfits",
     "run_tests",

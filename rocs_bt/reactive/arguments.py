@@ -13,7 +13,7 @@ from ..base.toml_table import Table
 from ..base.units import TIME, Dimension, convert
 from ..base.words import listed
 from ..declare import Field, read_key
-from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
+from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, evaluate, parse
 from ..interfaces.action import Action, misfits_of, parameters_of
 from ..knowledge import Knowledge
 from .rule import Argument, Position, Rule
@@ -32,7 +32,7 @@ class ExpressionReader:
         self.root = root
         self.environment = environment
         self.absent = absent
-        self.never = compile_node(Node("truth", TRUTH, value=False, text="False"))
+        self.never = Expression(Node("truth", TRUTH, value=False, text="False"))
         self._lines = lines
         self._parsed_with = environment
         self._trees: dict[str, Node] = {}
@@ -49,7 +49,7 @@ class ExpressionReader:
             fault = Fault(f"'{key}' must be true or false, but {text} is {node.kind.words}.", hint=hint)
             self._note(table, key, text, fault)
             return None
-        return compile_node(node)
+        return Expression(node)
 
     def number(self, table: Table, key: str, text: str, dimension: Dimension) -> Expression | None:
         """Parse an expression that must have one number as its value; if it does not, record a fault and return None.
@@ -67,7 +67,7 @@ class ExpressionReader:
             fault = Fault(f"'{key}' must be one number in {dimension}, but {text} is {node.kind.words}.")
             self._note(table, key, text, fault)
             return None
-        return compile_node(node) if node.temporal else self._numbers.setdefault(node, compile_node(node))
+        return Expression(node) if node.temporal else self._numbers.setdefault(node, Expression(node))
 
     def node(self, table: Table, key: str, text: str) -> Node | None:
         """Parse the expression at a key to its typed tree; if it is invalid, record its faults and return None."""

@@ -6,7 +6,7 @@ step. The batch methods are for recordings (one robot over time) and fleets (man
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -33,66 +33,49 @@ class Steps:
     mask: NDArray[np.bool_]
     margin: Floats
 
+    @classmethod
+    def empty(cls, table: RuleTable, count: int) -> Steps:
+        """Arrays for `count` evaluations of a table, to be filled."""
+        return cls(
+            np.empty(count, np.int32), np.empty((count, len(table.names)), bool), np.empty((count, table.margins.size))
+        )
 
-class Machine(Protocol):
-    """Rules of one robot, run step by step. The properties give the results of the last step, until the next one."""
 
-    @property
-    def table(self) -> RuleTable:
-        """Table that the machine runs."""
-        ...
+class Machine:
+    """Rules of one robot, run step by step.
 
-    @property
-    def mask(self) -> Sequence[float]:
-        """Nonzero for each rule that is latched, shape (R,)."""
-        ...
+    Attributes:
+        table: Table that the machine runs.
+        mask: Nonzero for each rule that is latched, shape (R,); this and the next two change with each step.
+        blind: Nonzero for each rule with an invalid guard or release condition, shape (R,).
+        margins: Robustness margins of the guards, NaN if invalid, shape (R,); empty if the table has no margins.
+        step: Advances all rules by a snapshot, shape (size,), in SI units, NaN for invalid values, and its time [s];
+            returns the index of the latched rule with the highest priority, -1 for none.
+        register: Value of a register of the table's program; truth values are 1.0 or 0.0, invalid values NaN.
+    """
 
-    @property
-    def blind(self) -> Sequence[float]:
-        """Nonzero for each rule with an invalid guard or release condition, shape (R,)."""
-        ...
+    step: Callable[[Floats, float], int]
+    register: Callable[[int], float]
 
-    @property
-    def margins(self) -> Sequence[float]:
-        """Robustness margins of the guards, NaN if invalid, shape (R,); empty if the table has no margins."""
-        ...
-
-    def step(self, x: Floats, t: float) -> int:
-        """Advance all rules.
-
-        Args:
-            x: Snapshot, SI units, NaN for invalid values, shape (size,).
-            t: Time of the snapshot, finite [s].
-
-        Returns:
-            Index of the latched rule with the highest priority; -1 for none.
-        """
-        ...
-
-    def register(self, index: int) -> float:
-        """Value of a register of the table's program; truth values are 1.0 or 0.0, invalid values NaN."""
-        ...
+    def __init__(self, table: RuleTable) -> None:
+        self.table = table
+        self._values = table.start()
+        self.mask, self.blind, self.margins = map(self._column, ("latched", "blind", "margin"))
 
     def values(self) -> Floats:
         """Copy of the state of all rules, shape (width,); `rule_table` describes its layout."""
-        ...
+        return self._values.copy()
 
     def restore(self, values: Floats) -> None:
-        """Replace the state of all rules.
-
-        Args:
-            values: State, as returned by `values`, shape (width,).
-        """
-        ...
+        """Replace the state of all rules by one that `values` returned."""
+        self._values[:] = values
 
     def enable(self, rule: int, on: bool) -> None:
-        """Enable or disable a rule from the next step on.
+        """Enable or disable a rule, by its index in the table, from the next step on."""
+        self._values[self.table.part("enabled")][rule] = on
 
-        Args:
-            rule: Index of the rule in the table.
-            on: Whether the rule is enabled.
-        """
-        ...
+    def _column(self, name: str) -> Sequence[float]:
+        return self._values[self.table.part(name)].data.toreadonly()
 
 
 class Backend(Protocol):
@@ -100,7 +83,7 @@ class Backend(Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the back end, such as `python`."""
+        """Name of the back end, such as `numpy`."""
         ...
 
     def machine(self, table: RuleTable) -> Machine:
@@ -128,45 +111,3 @@ class Backend(Protocol):
             values: States, shape (n, width); advanced in place.
         """
         ...
-
-
-class SequentialBatch:
-    """Base of a back end without fast batch methods: they step a machine once for each snapshot."""
-
-    def machine(self, table: RuleTable) -> Machine:
-        """Create a machine for a table, in the initial state."""
-        raise NotImplementedError
-
-    def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """Run the rules of one robot on a sequence of snapshots; see Backend."""
-        machine = self.machine(table)
-        machine.restore(values)
-        rows = [_row(machine, *row) for row in zip(x, t.tolist(), strict=True)]
-        values[:] = machine.values()
-        return _steps(table, rows)
-
-    def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Run one step of the rules of many robots; see Backend."""
-        machine, rows = self.machine(table), []
-        for lane, state in zip(x, values, strict=True):
-            machine.restore(state)
-            rows.append(_row(machine, lane, t))
-            state[:] = machine.values()
-        return _steps(table, rows)
-
-
-_Row = tuple[int, list[bool], list[float]]
-
-
-def _row(machine: Machine, x: Floats, t: float) -> _Row:
-    winner = machine.step(x, t)
-    return winner, [bool(on) for on in machine.mask], list(machine.margins)
-
-
-def _steps(table: RuleTable, rows: Sequence[_Row]) -> Steps:
-    count = len(rows)
-    return Steps(
-        winner=np.array([row[0] for row in rows], np.int32),
-        mask=np.array([row[1] for row in rows], bool).reshape(count, len(table.names)),
-        margin=np.array([row[2] for row in rows], float).reshape(count, table.margins.size),
-    )

@@ -1,33 +1,15 @@
-"""Back end with the compiled kernel `_kernel.c`, which interprets rule tables in C."""
+"""Back end with the compiled kernel, which interprets rule tables in C."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..expression.kernel import kernel_table
 from .backend import Floats, Machine, Steps
 from .rule_table import RuleTable
-
-if TYPE_CHECKING:
-    from ._kernel import Table
-
-
-def kernel_missing() -> str:
-    """Reason why the compiled kernel is not available; empty if it is available."""
-    try:
-        from ._kernel import Table  # noqa: F401 - tests only whether it can be loaded
-    except ImportError as error:
-        if any(Path(__file__).parent.glob("_kernel*.so")):
-            return f"the compiled kernel cannot be loaded ({error}); reinstall rocs_bt"
-        return (
-            "the kernel was not compiled when rocs_bt was installed, which needs a C compiler and Python's headers; "
-            "install these, then reinstall rocs_bt"
-        )
-    return ""
 
 
 class KernelBackend:
@@ -36,7 +18,7 @@ class KernelBackend:
     name = "kernel"
 
     def __init__(self) -> None:
-        self._tables: WeakKeyDictionary[RuleTable, Table] = WeakKeyDictionary()
+        self._tables: WeakKeyDictionary[RuleTable, Any] = WeakKeyDictionary()
 
     def machine(self, table: RuleTable) -> Machine:
         return KernelMachine(table, self._compiled(table))
@@ -50,12 +32,7 @@ class KernelBackend:
         return self._batch(table, x, np.full(len(x), t, float), values)
 
     def _batch(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        count = len(x)
-        steps = Steps(
-            winner=np.empty(count, np.int32),
-            mask=np.empty((count, len(table.names)), bool),
-            margin=np.empty((count, table.margins.size)),
-        )
+        steps = Steps.empty(table, len(x))
         states = np.ascontiguousarray(values)
         snapshots, times = np.ascontiguousarray(x, float), np.ascontiguousarray(t, float)
         self._compiled(table).batch(snapshots, times, states, steps.winner, steps.mask, steps.margin)
@@ -63,7 +40,7 @@ class KernelBackend:
             values[:] = states
         return steps
 
-    def _compiled(self, table: RuleTable) -> Table:
+    def _compiled(self, table: RuleTable) -> Any:
         """The kernel's copy of a table, cached."""
         found = self._tables.get(table)
         if found is None:
@@ -71,17 +48,11 @@ class KernelBackend:
         return found
 
 
-def compiled(table: RuleTable) -> Table:
-    """Copy a table into the kernel, which checks it.
-
-    Raises:
-        ValueError: The table is malformed, or refers to a register, cell or column that does not exist.
-    """
-    from ._kernel import Table
-
-    return Table(
-        table.program.code,
-        table.program.registers,
+def compiled(table: RuleTable) -> Any:
+    """Copy a table into the kernel; see `kernel_table`."""
+    return kernel_table(
+        table.program,
+        np.empty(0, np.int32),
         table.initial,
         table.when,
         table.until,
@@ -95,34 +66,16 @@ def compiled(table: RuleTable) -> Table:
     )
 
 
-class KernelMachine:
-    """Rules of one robot in the kernel; see Machine.
+class KernelMachine(Machine):
+    """Rules of one robot in the kernel, which updates the state array in place; see Machine."""
 
-    The kernel updates the state array in place. `mask`, `blind` and `margins` are read-only views of this array.
-    """
-
-    def __init__(self, table: RuleTable, handle: Table) -> None:
-        self.table = table
-        self._values = table.start()
+    def __init__(self, table: RuleTable, handle: Any) -> None:
+        super().__init__(table)
         self._machine = handle.machine(self._values)
         self.step = self._machine.step
         self.register = self._machine.register
-        self.mask = self._column("latched")
-        self.blind = self._column("blind")
-        self.margins = self._column("margin")
-
-    def values(self) -> Floats:
-        """Copy of the state; see Machine."""
-        return self._values.copy()
 
     def restore(self, values: Floats) -> None:
         """Replace the state; see Machine."""
-        self._values[:] = values
+        super().restore(values)
         self._machine.wake()
-
-    def enable(self, rule: int, on: bool) -> None:
-        """Enable or disable a rule; see Machine."""
-        self._values[self.table.part("enabled")][rule] = on
-
-    def _column(self, name: str) -> Sequence[float]:
-        return self._values[self.table.part(name)].data.toreadonly()

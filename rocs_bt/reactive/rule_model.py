@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression import TRUTH, Expression, Kind, Node, compile_node, reading
+from ..expression import TRUTH, Expression, Kind, Node, reading
 from .backend import Backend, Machine
 from .choose_backend import choose_backend
 from .reactive_model import ReactiveModel, Reflex
@@ -34,7 +34,7 @@ def stateless_rule(rule: Rule, indices: Mapping[Node, int]) -> Rule:
         return rule
 
     def of(expression: Expression) -> Expression:
-        return compile_node(_read(expression.node, indices))
+        return Expression(_read(expression.node, indices))
 
     def part(value: Any) -> Any:
         return of(value) if isinstance(value, Expression) else value

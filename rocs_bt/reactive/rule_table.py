@@ -104,6 +104,13 @@ class RuleTable:
         start = 1 + cells + COLUMNS.index(name) * rules
         return slice(start, start + rules)
 
+    def listing(self) -> list[str]:
+        """Lines for people: the instructions of the program, and the registers of each rule."""
+        lines = self.program.listing()
+        for name, when, until in zip(self.names, self.when.tolist(), self.until.tolist(), strict=True):
+            lines.append(f"{name}: when r{when}" + (f", until r{until}" if until >= 0 else ""))
+        return lines
+
     def start(self, lanes: int | None = None) -> NDArray[np.float64]:
         """Initial state, shape (width,), or (lanes, width) for several robots."""
         return self.initial.copy() if lanes is None else np.tile(self.initial, (lanes, 1))

@@ -48,9 +48,9 @@ class Comparisons:
             t, x = samples(self._tracks, agent, self._done[agent.name], end)
             if t:
                 self._done[agent.name] = t[-1]
-                rows, entered = x.tolist(), modes(self._tracks, agent.name, t)
+                entered = modes(self._tracks, agent.name, t)
                 for guard in guards:
-                    guard.add(self._tracks, agent.name, t, x, rows, entered)
+                    guard.add(self._tracks, agent.name, t, x, entered)
                 guards[:] = (guard for guard in guards if guard.end > t[-1])
 
     def _replace(self) -> None:
@@ -108,7 +108,6 @@ class Guard:
         agent: str,
         t: Sequence[float],
         x: Numbers,
-        rows: Sequence[Sequence[float]],
         entered: Sequence[str],
     ) -> None:
         """Add the guard at times to the tracks of an agent.
@@ -118,12 +117,11 @@ class Guard:
             agent: Name of the agent.
             t: Times of the samples [s].
             x: Samples of all signals, SI units, shape (n, size).
-            rows: The samples as lists.
             entered: Mode of the agent at these times.
         """
         own = slice(bisect_left(t, self.begin), bisect_left(t, self.end))
         if own.start < own.stop:
-            found = [condition(t[own], x[own], rows[own]) for condition in self._conditions]
+            found = [condition(t[own], x[own]) for condition in self._conditions]
             self._put(tracks, agent, t[own], [row for each in found for row in each.rows], found[0].near)
             self._keep(tracks, agent, np.array(t[own]), found[0], entered[own])
         if own.stop < len(t):

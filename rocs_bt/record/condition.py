@@ -84,20 +84,17 @@ class Condition:
         self._computed = [n for n in _computed(node) if n.op != "read"]
         self._values = Values(self._computed)
 
-    def __call__(self, t: Sequence[float], x: Numbers, rows: Sequence[Sequence[float]]) -> Found:
+    def __call__(self, t: Sequence[float], x: Numbers) -> Found:
         """Evaluate the condition.
 
         Args:
             t: Times of the samples, at least one, after those of the last call [s].
             x: Samples of all signals, SI units, shape (n, size).
-            rows: The samples as lists.
         """
-        given = [self._values(row, when) for row, when in zip(rows, t, strict=True)]
-        flat, end, values = np.array(given, float), 0, dict[int, Numbers]()
-        for node in self._computed:
-            first, end = end, end + max(1, node.kind.size)
-            values[id(node)] = flat[:, first:end] if node.kind.size else flat[:, first]
-        reader, truth = _Reader(np.array(t), x, values, self._runs), values[id(self._node)]
+        times = np.array(t, float)
+        found = zip(self._computed, self._values(x, times), strict=True)
+        values = {id(node): series for node, series in found}
+        reader, truth = _Reader(times, x, values, self._runs), values[id(self._node)]
         whole = reader.read(self._node)
         whole.need(np.where((truth == 1.0) | np.isinf(whole.yes), 0, 1))
         near = np.where(truth == 1.0, 1.0, np.minimum(whole.score, _ALMOST))

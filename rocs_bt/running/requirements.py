@@ -15,7 +15,7 @@ from ..base.files import read_text
 from ..catalog import ScenarioSpec
 from ..declare import place_of
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
-from ..expression import Environment, Requirement, compile_node, parse_requirement, reading
+from ..expression import Environment, Expression, Requirement, parse_requirement, reading
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
 from ..record.samples import TOPICS, Newest
 from ..record.tracks import Tracks
@@ -33,7 +33,7 @@ class _Check:
         self._worst: float | None = None
         self._x: NDArray[np.float64] | None = None  # sample of the violation, else of the minimum margin
         self._requirement = requirement
-        self._expression = compile_node(requirement.node, margins=True)
+        self._expression = Expression(requirement.node, margins=True)
         self._samples = self._unknown = 0
         self._start: float | None = None
         self._last: tuple[float, float | bool | None] = (0.0, None)

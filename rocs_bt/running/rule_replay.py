@@ -21,7 +21,7 @@ from ..base.units import Dimension
 from ..base.words import listed
 from ..catalog import Catalog
 from ..event import RuleChanged
-from ..expression import Node, compile_node, reading
+from ..expression import Node, Values, reading
 from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rules, lower_rules
 from ..record import AgentInfo, Recording, environment_of, samples
 from ..record.figures.rules import Compared, RuleTrace, spans
@@ -247,6 +247,4 @@ def _series(node: Node, inputs: ReflexInput) -> Series | None:
         return inputs.x[:, node.start : node.stop] if node.kind.size else inputs.x[:, node.start]
     if node.kind.size:
         return None
-    side = compile_node(node)
-    values = [side(x, t) for x, t in zip(inputs.x, inputs.t.tolist(), strict=True)]
-    return np.array([np.nan if value is None else float(value) for value in values])
+    return Values([node])(inputs.x, inputs.t)[0]

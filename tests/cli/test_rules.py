@@ -246,13 +246,13 @@ class TestInactiveRules:
 
 
 class TestShow:
-    def test_the_rules_and_the_python_that_they_become(self, rocs_bt):
+    def test_the_rules_and_the_program_that_they_become(self, rocs_bt):
         told = rocs_bt("show", "avoid_collision").out
         assert told.index("Blind: ") < told.index("Flinch: ") < told.index("AvoidCollision: ")
         assert "near = 0.4" in told
         source = rocs_bt("show", "avoid_collision", "--compiled").out
-        compile(source, "rules", "exec")
-        assert "def step(x, t, cells):" in source
+        assert "= min r0..5" in source
+        assert "avoid_collision/Flinch: when r" in source
 
     def test_neither_a_mission_nor_rules(self, rocs_bt):
         assert "no mission is named 'nosuch'" in rocs_bt("show", "nosuch").err

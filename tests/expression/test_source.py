@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from rocs_bt.expression import parse
 from rocs_bt.expression.source import source
 
-from .test_compiler import ENVIRONMENT, TEMPORAL, accepted, expressions
+from .test_evaluators import ENVIRONMENT, accepted, expressions
 
 
 def same(text):
@@ -20,7 +20,18 @@ def test_it_is_read_as_the_same_expression(text):
     same(text)
 
 
-@pytest.mark.parametrize("text", [*TEMPORAL, "-c < inf", "c < -inf", "all(a[1:3] < 1)", "0.1 < c <= 1e-9", "not True"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "held(c > 0, 0.3 s)",
+        "rate(min(a), 0.25 s) * 1 s > 0.1",
+        "-c < inf",
+        "c < -inf",
+        "all(a[1:3] < 1)",
+        "0.1 < c <= 1e-9",
+        "not True",
+    ],
+)
 def test_windows_infinities_slices_and_chains_too(text):
     same(text)
 

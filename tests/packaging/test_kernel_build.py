@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.reactive.kernel_backend import kernel_missing
+from rocs_bt.expression import kernel_missing
 
 from .. import needs
 
 ROOT = Path(__file__).resolve().parents[2]
-BINARY = "rocs_bt/reactive/_kernel.abi3.so"
+BINARY = "rocs_bt/expression/_kernel.abi3.so"
 
 needs.package("build", "hatchling")
 

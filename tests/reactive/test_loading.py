@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rocs_bt.base.toml_table import read_toml
-from rocs_bt.expression import compiler
+from rocs_bt.expression import evaluator
 from rocs_bt.reactive import RuleModel, arguments, load_rules
 
 from .examined import ACTIONS, ENVIRONMENT
@@ -45,20 +45,20 @@ def load():
     return load_rules(read_toml(Path("many.toml"), TEXT), ENVIRONMENT, ACTIONS)
 
 
-def test_each_text_is_parsed_once_and_no_constant_is_compiled(monkeypatch):
+def test_each_text_is_parsed_once_and_only_constants_are_evaluated(monkeypatch):
     parsed = counted(monkeypatch, arguments, "parse")
-    compiled = counted(monkeypatch, compiler, "define")
+    compiled = counted(monkeypatch, evaluator, "lower")
     rules = load().rules
     texts = [text for text, *_ in parsed]
     assert len(texts) == len(set(texts)) == 2 * COUNT + 3
-    assert compiled == []
+    assert len(compiled) == COUNT  # 3 * 0.5 s of each rule
     assert {rule.arguments["rate"].value for rule in rules} == {2.5}
     assert {rule.arguments["patience"].value for rule in rules} == {1.5}
 
 
 def test_a_rule_that_fires_has_nothing_left_to_compile(monkeypatch):
     model = RuleModel(load())
-    compiled = counted(monkeypatch, compiler, "define")
+    compiled = counted(monkeypatch, evaluator, "lower")
     x = np.array([0.2] * 4 + [1.0, 2.0, math.inf, 0.5, 0.0, 0.0])
     for t in (0.0, 0.1):
         reflexes = model.react(x, t)

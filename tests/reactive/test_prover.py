@@ -9,12 +9,11 @@ import pytest
 
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
-from rocs_bt.expression import Environment, parse
+from rocs_bt.expression import Environment, Expression, evaluate, parse
 from rocs_bt.reactive.analysis.case import Case
 from rocs_bt.reactive.analysis.prover import Prover, conjunction, negation
 from rocs_bt.reactive.analysis.sample import Samples
 
-from ..expression.trace import Trace
 from .examined import ENVIRONMENT, INF
 
 
@@ -28,9 +27,7 @@ def judged(prover, node, rows):
         assert not answer.never or found is None, f"said to be never true: {node.text}: {found}"
         shown = [answer.example] if answer is answers[0] or answer.example is None else [prover.example(node)]
         for x in [answer.example, *shown] if answer.example is not None else ():
-            trace = Trace()
-            trace.append(x.tolist(), 0.0)
-            assert node.temporal or trace.value(node) is True
+            assert node.temporal or evaluate(node, x) is True
             assert prover.confirmed(node, x)
             assert all(low <= v <= high for v, (low, high) in zip(x, prover.bounds, strict=True))
         assert not answer.unknown or len(answer.unknown) > 10
@@ -69,10 +66,8 @@ def test_an_example_of_the_past_stands_for_a_while(proved):
     node = parse("held(min(front) < 0.4 m, 0.5 s) and time_since(speed > 1 m/s) < 1 s", ENVIRONMENT)
     prover = Prover(ENVIRONMENT, [node])
     x = (prover._proved if proved else prover.decide)(node).example
-    trace = Trace()
-    for k in range(20):
-        trace.append(x.tolist(), 0.1 * k)
-    assert trace.value(node) is True
+    guard = Expression(node)
+    assert [guard(x, 0.1 * k) for k in range(20)][-1] is True
 
 
 INFINITE = [

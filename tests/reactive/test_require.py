@@ -157,7 +157,7 @@ def test_tests_in_a_file_of_their_own_are_skipped_too(load, tmp_path):
     assert "Did you mean 'Sideways'" in " ".join(map(str, add_test_files(load(text), PLANAR, ACTIONS)[1]))
 
 
-@pytest.mark.parametrize("backend", ["python", pytest.param("kernel", marks=needs.kernel)])
+@pytest.mark.parametrize("backend", ["numpy", pytest.param("kernel", marks=needs.kernel)])
 def test_a_file_without_an_active_rule_does_nothing(load, backend):
     rules = load(FILE[: FILE.index("[rule.Ahead]")] + FILE[FILE.index("[rule.Sideways]") :])
     assert (rules.rules, len(rules.inactive)) == ((), 1)

@@ -15,11 +15,9 @@ from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.expression import Environment
 from rocs_bt.interfaces.action import AtomicAction, Progress
-from rocs_bt.reactive import load_rules
+from rocs_bt.reactive import choose_backend, load_rules
 from rocs_bt.reactive.analysis import analyse_rules
 from rocs_bt.reactive.rule_table import lower_rules
-
-from .reference_backend import ReferenceBackend
 
 ENVIRONMENT = Environment.packed(
     [
@@ -108,7 +106,7 @@ def hold_claims(seed, counts, steps):
     counts["claims"] += len(dead)
     if not dead:
         return
-    machine = ReferenceBackend(rules).machine(lower_rules(rules, margins=False))
+    machine = choose_backend().machine(lower_rules(rules))
     for k, row in enumerate(rows(random.Random(seed), steps)):
         winner = machine.step(row, 0.05 * k)
         name = "" if winner < 0 else rules[winner].name.rpartition("/")[2]

@@ -90,7 +90,7 @@ def test_sources_are_read_as_the_guards_that_they_were(recorded):
 )
 def test_what_has_to_change_tells_how_near_a_guard_is(text, near):
     tree = parse(text, Environment.packed([Signal("x", 1, (LENGTH,))]))
-    assert Condition(tree)([0.0], np.array([[2.0]]), [[2.0]]).near[0] == pytest.approx(near)
+    assert Condition(tree)([0.0], np.array([[2.0]])).near[0] == pytest.approx(near)
 
 
 def changed(before, mask, t):
@@ -135,7 +135,7 @@ def test_holds_cooldowns_and_modes_are_those_of_the_rules_themselves(seed):
     for part in (slice(0, cut), slice(cut, 60)):
         if times[part]:
             for guard in guards:
-                guard.add(tracks, "a", times[part], np.array(x[part]), x[part], entered[part])
+                guard.add(tracks, "a", times[part], np.array(x[part]), entered[part])
     for i, rule in enumerate(rules.rules):
         track = tracks.get("a", "guard", rule.name)
         for when, mode, (latched, risen, ready) in zip(times, entered, told, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.expression import TRUTH, Kind, Node, compile_node, parse
+from rocs_bt.expression import TRUTH, Expression, Kind, Node, parse
 from rocs_bt.record.condition import Condition, parts_of
 
 from ..reactive.random_rules import ENVIRONMENT, SIZE, Writer
@@ -49,7 +49,7 @@ class Twin:
 
     def __init__(self, node):
         self.slots, self.size = [], 0
-        self.call = compile_node(self.of(node))
+        self.call = Expression(self.of(node))
 
     def read(self, kind, wide=0):
         start, self.size = self.size, self.size + max(1, wide)
@@ -106,9 +106,9 @@ def truths(parts, slots, t, rows):
 def elements(part):
     """Compiled truth of each value of a part."""
     if not part.kind.size:
-        return [compile_node(part)]
+        return [Expression(part)]
     return [
-        compile_node(Node("any", TRUTH, (replace(part, kind=TRUTH, args=tuple(one(arg, k) for arg in part.args)),)))
+        Expression(Node("any", TRUTH, (replace(part, kind=TRUTH, args=tuple(one(arg, k) for arg in part.args)),)))
         for k in range(part.kind.size)
     ]
 
@@ -129,10 +129,10 @@ def explained(seed):
     draw = random.Random(seed)
     node = condition(draw, draw.choice([1, 2, 2, 3]))
     t, x = trace(draw)
-    made, real = Condition(node), compile_node(node)
+    made, real = Condition(node), Expression(node)
     if not made.parts:
         return 0
-    found = made(t, x, x.tolist())
+    found = made(t, x)
     truth = [real(row, when) for row, when in zip(x.tolist(), t, strict=True)]
     assert [None if math.isnan(v) else bool(v) for v in found.truth] == truth
     assert ((found.near == 1.0) == (found.truth == 1.0)).all()
@@ -188,8 +188,8 @@ def test_piece_by_piece_a_condition_is_the_same_as_at_once():
         draw = random.Random(seed)
         node = condition(draw, 2)
         t, x = trace(draw, 12)
-        whole, piece = Condition(node)(t, x, x.tolist()), Condition(node)
-        parts = [piece(t[i : i + 5], x[i : i + 5], x[i : i + 5].tolist()) for i in range(0, 12, 5)]
+        whole, piece = Condition(node)(t, x), Condition(node)
+        parts = [piece(t[i : i + 5], x[i : i + 5]) for i in range(0, 12, 5)]
         for name in ("truth", "near", "needs"):
             got = np.concatenate([getattr(part, name) for part in parts])
             assert np.array_equal(getattr(whole, name), got, equal_nan=True), node.text

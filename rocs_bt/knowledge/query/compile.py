@@ -13,48 +13,62 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from ...base.errors import Fault, InputError, UnitError
 from ...base.units import NONE, TIME, parse_quantity
-from ...expression import FUNCTIONS, Misuse, Node, compile_plain, evaluate, parse
+from ...expression import FUNCTIONS, Expression, Misuse, Node, Values, evaluate, kernel_missing, parse
 from ...expression.environment import SignalLayout
-from ...expression.python_code import define
 from ..schema import SCHEMA, Schema
 from .names import Names
 from .parameter import HELPERS, Parameter
 from .pattern import AbsentClause, Link, Pattern, Section, read_pattern, sections_of
 from .query import Moment, Query
 from .scope import Scope, Slot
-from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, Step, Test
+from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, State, Step, Test
 
 _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 
 def code_of(source: str) -> Code:
-    """Compile the source code of an expression to a function of the query's `State`."""
-    return define("\n    ".join(["def code(state):", *_parts(source), f"return {source}"]), "code", HELPERS)
+    """Compile the source code of a slot, which `Scope` writes without any user text, to a function of the `State`."""
+    parts = [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
+    names: dict[str, Any] = {"__builtins__": {"float": float}, **HELPERS}
+    exec("\n    ".join(["def code(state):", *parts, f"return {source}"]), names)
+    code: Code = names["code"]
+    return code
 
 
-def value_of(node: Node, slots: Sequence[Slot]) -> Code:
-    """Compile an expression to a function of the query's `State`, which returns the value, or None if unknown."""
-    source = _loaded(node, slots)
-    return compile_plain(node, "state", [*_parts(source), f"x = {source}"], HELPERS)
+_FEW = 8  # up to this many rows, calls of the kernel are faster than numpy
 
 
-def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Code:
-    """Compile expressions to a function of the query's `State`, which is true if all expressions hold."""
-    return value_of(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
+class Formula:
+    """Expression as a function of the query's `State`, which returns the value, or None if unknown."""
+
+    def __init__(self, node: Node, slots: Sequence[Slot]) -> None:
+        reads = node.reads()
+        codes = (slots[i].code if i in reads else "nan" for i in range(max(reads, default=-1) + 1))
+        self.read = code_of(f"[{', '.join(codes)}]")
+        self._expression, self._series = Expression(node), Values([node])
+        self._expression.prepare()
+
+    def __call__(self, state: State) -> float | bool | None:
+        return self._expression(self.read(state))
+
+    def hold(self, rows: Sequence[Sequence[float]]) -> list[bool]:
+        """Whether a condition holds for several results of `read`."""
+        if len(rows) <= _FEW and not kernel_missing():
+            return [self._expression(row) is True for row in rows]
+        (truth,) = self._series(np.array(rows, float), np.zeros(len(rows)))
+        held: list[bool] = (truth == 1.0).tolist()
+        return held
 
 
-def _parts(source: str) -> list[str]:
-    """Source lines that copy the parts of the `State` that occur in `source` to local variables."""
-    return [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
-
-
-def _loaded(node: Node, slots: Sequence[Slot]) -> str:
-    """Source code of the list of floats on which an expression is evaluated: one value for each slot, NaN if unused."""
-    reads = node.reads()
-    return f"[{', '.join(slots[i].code if i in reads else 'nan' for i in range(max(reads, default=-1) + 1))}]"
+def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Formula:
+    """Formula that is true if all expressions hold."""
+    return Formula(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
 
 
 @dataclass(frozen=True)
@@ -356,7 +370,7 @@ class _Compiler:
         if node.kind.boolean or node.kind.size or node.kind.mixed:
             raise section.fault(f"'order by' needs a number, but '{node.text}' is {node.kind.words}.")
         nearest = self._scope.slots[node.start].near if node.op == "read" and not descending else None
-        return (value_of(node, self._scope.slots), bool(descending)), nearest
+        return (Formula(node, self._scope.slots), bool(descending)), nearest
 
     def _limit(self) -> int | None:
         section = self._sections.get("limit")
@@ -379,7 +393,7 @@ class _Compiler:
             node = self._expression(part)
             if node.kind.size:
                 raise part.fault(f"'give' needs single values, but '{label}' has {node.kind.size}.")
-            return label, value_of(node, self._scope.slots)
+            return label, Formula(node, self._scope.slots)
         try:
             tree = ast.parse(label, mode="eval").body
             meaning = self._scope.meaning(tree, lambda each: part.start)

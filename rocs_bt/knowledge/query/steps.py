@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import merge
-from itertools import chain
+from itertools import chain, compress, islice
 from operator import itemgetter
-from typing import Any
+from typing import Any, Protocol
 
 from .context import Execution
 from .parameter import circle
@@ -55,6 +55,19 @@ class Near:
     own: bool = False
 
 
+class Condition(Protocol):
+    """Condition that is tested for several states at once."""
+
+    @property
+    def read(self) -> Code:
+        """Values that the condition depends on in one state."""
+        ...
+
+    def hold(self, rows: Sequence[Sequence[float]]) -> list[bool]:
+        """Whether the condition holds for several results of `read`."""
+        ...
+
+
 @dataclass(frozen=True)
 class Scan:
     """Bind a variable to each node of a kind in turn."""
@@ -62,17 +75,27 @@ class Scan:
     variable: int
     kind: str
     near: Near | None
-    test: Code | None
+    test: Condition | None
 
     def run(self, state: State) -> Iterator[None]:
-        i, names, rows, row_of, test = self.variable, state.n, state.r, state.c.graph.row, self.test
-        for name in self._names(state):
-            row = row_of(name)
-            if row is not None:
-                names[i], rows[i] = name, row
-                if test is None or test(state):
-                    yield
+        i, names, rows = self.variable, state.n, state.r
+        for names[i], rows[i] in self._nodes(state) if self.test is None else self._tested(self.test, state):
+            yield
         names[i] = rows[i] = None
+
+    def _nodes(self, state: State) -> Iterator[tuple[str, Row]]:
+        row_of = state.c.graph.row
+        return ((name, row) for name in self._names(state) if (row := row_of(name)) is not None)
+
+    def _tested(self, test: Condition, state: State) -> Iterator[tuple[str, Row]]:
+        """Nodes for which the condition holds; it is tested for more and more nodes at once, as few may be wanted."""
+        i, names, rows, nodes, size = self.variable, state.n, state.r, self._nodes(state), 8
+        while some := list(islice(nodes, size)):
+            values = []
+            for names[i], rows[i] in some:
+                values.append(test.read(state))
+            yield from compress(some, test.hold(values))
+            size = min(4 * size, 1024)
 
     def _names(self, state: State) -> Iterable[str]:
         near, graph = self.near, state.c.graph

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...expression import TRUTH, Environment, Node, compile_node, evaluate
+from ...expression import TRUTH, Environment, Expression, Node, evaluate
 from .sample import Array, Range, Samples, sample_rows
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Prover:
         row = x.tolist()
         if not node.temporal:
             return evaluate(node, row) is True
-        expression, windows = compile_node(node), [n.value for n in node.walk() if n.temporal]
+        expression, windows = Expression(node), [n.value for n in node.walk() if n.temporal]
         for k in range(len(windows)):  # once for each, because a window of a window fills later
             expression(row, k * (1.0 + 2.0 * sum(windows)))
         return expression(row, len(windows) * (1.0 + 2.0 * sum(windows))) is True

@@ -19,10 +19,10 @@ static int buffer(PyObject *object, Py_buffer *view, const char *name, char kind
     return -1;
 }
 
-enum { CODE, REGISTERS, INITIAL, WHEN, UNTIL, MARGINS, HOLDS, COOLDOWN, MAX_HOLD, LEVEL, ON_INVALID, PRIORITY, INPUTS };
-static const char *const NAMES[INPUTS] = {"code", "registers", "initial", "when", "until", "margins",
+enum { CODE, REGISTERS, KEEP, INITIAL, WHEN, UNTIL, MARGINS, HOLDS, COOLDOWN, MAX_HOLD, LEVEL, ON_INVALID, PRIORITY, INPUTS };
+static const char *const NAMES[INPUTS] = {"code", "registers", "keep", "initial", "when", "until", "margins",
                                           "hold", "cooldown", "max_hold", "level", "on_invalid", "priority"};
-static const char INPUT_KINDS[INPUTS + 1] = "iddiiidddBBq";
+static const char INPUT_KINDS[INPUTS + 1] = "ididiiidddBBq";
 
 typedef struct {
     int64_t priority;
@@ -77,6 +77,7 @@ static int table_sizes(Table *table, const Py_buffer *in) {
         return -1;
     }
     table->registers = in[REGISTERS].shape[0];
+    table->kept = in[KEEP].shape[0];
     table->rules = in[WHEN].shape[0];
     table->margins = in[MARGINS].shape[0];
     table->width = in[INITIAL].shape[0];
@@ -95,11 +96,18 @@ static int table_fill(Table *table, const Py_buffer *in) {
     if (table_sizes(table, in) < 0) return -1;
     table->first = malloc((size_t)(table->registers + 1) * sizeof(double));
     table->initial = malloc((size_t)table->width * sizeof(double));
-    if (!table->first || !table->initial) {
+    table->keep = malloc((size_t)(table->kept + 1) * sizeof(int32_t));
+    if (!table->first || !table->initial || !table->keep) {
         PyErr_NoMemory();
         return -1;
     }
     memcpy(table->first, in[REGISTERS].buf, (size_t)table->registers * sizeof(double));
+    for (Py_ssize_t i = 0; i < table->kept; i++) {
+        table->keep[i] = ((const int32_t *)in[KEEP].buf)[i];
+        if (table->keep[i] >= 0 && table->keep[i] < table->registers) continue;
+        PyErr_Format(PyExc_ValueError, "register %d is to be kept, and there are %zd", (int)table->keep[i], table->registers);
+        return -1;
+    }
     memcpy(table->initial, in[INITIAL].buf, (size_t)table->width * sizeof(double));
     return table_rules(table, in) < 0 ? -1 : table_code(table, &in[CODE]);
 }

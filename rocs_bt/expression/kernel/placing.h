@@ -61,7 +61,7 @@ static int remembers(const Table *table, Registers *registers, Py_ssize_t place,
     int64_t cells = KINDS[k->op].cells;
     if (k->n != 1) return wrong(place, "its length is", k->n, 1);
     if (reads(table, registers, place, k->c, 4) < 0) return -1;
-    if (KINDS[k->op].kind == RING) {
+    if (KINDS[k->op].kind == RINGED) {
         const double capacity = table->first[k->c + 3];
         if (!(capacity >= 1.0 && capacity <= (double)table->cells)) return wrong(place, "its ring is too long for cells", k->cell, table->cells);
         k->capacity = (int32_t)capacity;
@@ -80,7 +80,7 @@ static int place_one(Table *table, Registers *registers, Py_ssize_t place, const
     const int32_t from[3] = {k->a, k->b, k->c};
     int32_t depth = 0;
     for (int i = 0; i < operands; i++) {
-        int wide = kind == EACH ? k->wide >> i & 1 : kind == REDUCE && (i == 0 || k->op == DOT);
+        int wide = kind == ONE_BY_ONE ? k->wide >> i & 1 : kind == REDUCE && (i == 0 || k->op == DOT);
         int32_t least_depth = reads(table, registers, place, from[i], wide ? k->n : 1);
         if (least_depth < 0) return -1;
         if (least_depth > depth) depth = least_depth;
@@ -92,18 +92,19 @@ static int place_one(Table *table, Registers *registers, Py_ssize_t place, const
     } else {
         if (operands < 2) k->b = k->a; /* unused operands must be valid, too */
         if (operands < 3 && kind < REMEMBER) k->c = k->a;
-        if (operands < 3 && kind == EACH) k->wide &= (uint8_t)((1 << operands) - 1);
+        if (operands < 3 && kind == ONE_BY_ONE) k->wide &= (uint8_t)((1 << operands) - 1);
     }
     if (kind >= REMEMBER && remembers(table, registers, place, k) < 0) return -1;
     placed->depth = depth;
     placed->place = (int32_t)place;
     placed->rule = STEP;
-    return writes(table, registers, place, k->dst, kind == EACH ? k->n : 1, depth);
+    return writes(table, registers, place, k->dst, kind == ONE_BY_ONE ? k->n : 1, depth);
 }
 
 /* Finds comparisons that only the release of one rule needs, and sorts them behind all others. */
 static void defer(const Table *table, Registers *registers, Placed *placed, Py_ssize_t n) {
     uint8_t *const used = registers->used;
+    for (Py_ssize_t i = 0; i < table->kept; i++) used[table->keep[i]] |= READ | AGAIN;
     for (Py_ssize_t i = 0; i < table->rules; i++) {
         const Rule *rule = table->rule + i;
         used[rule->when] |= READ | AGAIN;
@@ -112,7 +113,7 @@ static void defer(const Table *table, Registers *registers, Placed *placed, Py_s
     }
     for (Py_ssize_t i = 0; i < n; i++) {
         const Instruction *k = &placed[i].code;
-        const int32_t size = KINDS[k->op].kind == EACH ? k->n : 1;
+        const int32_t size = KINDS[k->op].kind == ONE_BY_ONE ? k->n : 1;
         if (k->op >= LT && k->op <= NE && size == 1) registers->depth[k->dst] = (int32_t)i;
         else
             for (int32_t j = 0; j < size; j++) used[k->dst + j] |= READ | AGAIN;

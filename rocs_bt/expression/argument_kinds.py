@@ -1,4 +1,4 @@
-"""Functions of the expression language: checks of their arguments, and the kinds of their results.
+"""Checks of the arguments of functions and operators, and the kinds of their results.
 
 A group is a signal with several values, a slice of such a signal, or a value-by-value operation on it. A single number
 is accepted as a group of one, because a rule must load both on a robot with one rear sonar and on one with six.
@@ -6,25 +6,16 @@ is accepted as a group of one, because a rule must load both on a robot with one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 from ..base.units import ANGLE, NONE, TIME, Dimension
-from .node import PLAIN, TRUTH, Kind, Node
+from .node import PLAIN, Kind, Node
+
+DURATION = Kind(TIME)
 
 
 class Misuse(Exception):
     """Raised if a function or operator has wrong arguments; the parser adds the position."""
-
-
-@dataclass(frozen=True)
-class Function:
-    """Function of the expression language."""
-
-    usage: str
-    doc: str
-    kind: Callable[[Sequence[Node]], Kind]  # kind of the result for the arguments without the window; raises Misuse
-    window: bool = False  # whether the last argument is the length of a time window
 
 
 def same_dimension(args: Sequence[Node], what: str) -> Dimension:
@@ -74,18 +65,22 @@ def _single(args: Sequence[Node]) -> None:
             raise Misuse(f"it takes single values, but {arg.text} has {arg.kind.size}; use an index, min or max.")
 
 
-def _reduce(args: Sequence[Node]) -> Kind:
+def one_unit(args: Sequence[Node]) -> Kind:
+    """A number in the common unit of values or groups, at least one."""
     if not args:
         raise Misuse("it needs at least one value.")
     return Kind(same_dimension(args, "it"))
 
 
-def _total(args: Sequence[Node]) -> Kind:
+def one_group(args: Sequence[Node]) -> Kind:
+    """A number in the unit of one group."""
     _count(args, 1)
     return Kind(same_dimension(args, "it"))
 
 
-def _truths(result: Kind) -> Callable[[Sequence[Node]], Kind]:
+def truths(result: Kind) -> Callable[[Sequence[Node]], Kind]:
+    """A result of one truth value or group of them."""
+
     def kind(args: Sequence[Node]) -> Kind:
         _count(args, 1)
         if not args[0].kind.boolean:
@@ -95,31 +90,36 @@ def _truths(result: Kind) -> Callable[[Sequence[Node]], Kind]:
     return kind
 
 
-def _absolute(args: Sequence[Node]) -> Kind:
+def each_value(args: Sequence[Node]) -> Kind:
+    """As many values in the same unit."""
     _count(args, 1)
     return Kind(same_dimension(args, "it"), args[0].kind.size)
 
 
-def _clip(args: Sequence[Node]) -> Kind:
+def limited(args: Sequence[Node]) -> Kind:
+    """As `each_value`, with two limits."""
     _count(args, 3)
     _single(args[1:])
     return Kind(same_dimension(args, "it"), args[0].kind.size)
 
 
-def _hypot(args: Sequence[Node]) -> Kind:
+def length(args: Sequence[Node]) -> Kind:
+    """A length of two components."""
     _count(args, 2)
     _single(args)
     return Kind(same_dimension(args, "it"))
 
 
-def _sign(args: Sequence[Node]) -> Kind:
+def direction(args: Sequence[Node]) -> Kind:
+    """A plain number that depends on a sign."""
     _count(args, 1)
     _single(args)
     same_dimension(args, "it")
     return PLAIN
 
 
-def _root(args: Sequence[Node]) -> Kind:
+def root(args: Sequence[Node]) -> Kind:
+    """A number in the root of a unit."""
     _count(args, 1)
     _single(args)
     dimension = same_dimension(args, "it")
@@ -128,7 +128,8 @@ def _root(args: Sequence[Node]) -> Kind:
     return Kind(Dimension(tuple(e // 2 for e in dimension.exponents)))
 
 
-def _angle(args: Sequence[Node]) -> Kind:
+def angle(args: Sequence[Node]) -> Kind:
+    """An angle of an angle."""
     _count(args, 1)
     _single(args)
     if same_dimension(args, "it") != ANGLE:
@@ -136,7 +137,8 @@ def _angle(args: Sequence[Node]) -> Kind:
     return Kind(ANGLE)
 
 
-def _min_valid(args: Sequence[Node]) -> Kind:
+def valid_values(args: Sequence[Node]) -> Kind:
+    """A number of a group and of the least number of valid values."""
     _count(args, 2)
     group, least = args
     size = max(1, group.kind.size)
@@ -145,7 +147,8 @@ def _min_valid(args: Sequence[Node]) -> Kind:
     return Kind(same_dimension(args[:1], "it"))
 
 
-def _dot(args: Sequence[Node]) -> Kind:
+def product(args: Sequence[Node]) -> Kind:
+    """A number of a group and of a constant vector."""
     _count(args, 2)
     group, vector = args
     if vector.op != "vector":
@@ -155,20 +158,22 @@ def _dot(args: Sequence[Node]) -> Kind:
     return Kind(same_dimension([group], "it") * same_dimension([vector], "it"))
 
 
-def _atan2(args: Sequence[Node]) -> Kind:
+def arc(args: Sequence[Node]) -> Kind:
+    """An angle of two components."""
     _count(args, 2)
     _single(args)
     same_dimension(args, "it")
     return Kind(ANGLE)
 
 
-def _least_at(args: Sequence[Node]) -> Kind:
+def index(args: Sequence[Node]) -> Kind:
+    """An index in a group."""
     _count(args, 1)
     same_dimension(args, "it")
     return PLAIN
 
 
-def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
+def past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
     """Create the `kind` function of a temporal operator on truth values."""
 
     def kind(args: Sequence[Node]) -> Kind:
@@ -183,38 +188,8 @@ def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
     return kind
 
 
-def _rate(args: Sequence[Node]) -> Kind:
+def change(args: Sequence[Node]) -> Kind:
+    """A number in a unit per time."""
     _count(args, 1)
     _single(args)
     return Kind(same_dimension(args, "it") / TIME)
-
-
-FUNCTIONS: Mapping[str, Function] = {
-    "min": Function("min(group) or min(a, b, ...)", "the minimum", _reduce),
-    "max": Function("max(group) or max(a, b, ...)", "the maximum", _reduce),
-    "sum": Function("sum(group)", "the sum", _total),
-    "mean": Function("mean(group)", "the mean", _total),
-    "any": Function("any(group < a)", "whether at least one comparison is true", _truths(TRUTH)),
-    "all": Function("all(group < a)", "whether all comparisons are true", _truths(TRUTH)),
-    "count": Function("count(group < a)", "the number of true comparisons", _truths(PLAIN)),
-    "abs": Function("abs(a)", "the absolute value, value by value", _absolute),
-    "clip": Function("clip(a, low, high)", "a limited to low and high, value by value; high has precedence", _clip),
-    "hypot": Function("hypot(a, b)", "the length of the vector (a, b)", _hypot),
-    "sign": Function("sign(a)", "-1, 0 or 1", _sign),
-    "side": Function("side(a)", "-1 or 1; side(0) is 1, so that a turn is never zero", _sign),
-    "sqrt": Function("sqrt(a)", "the square root; invalid for a negative number", _root),
-    "wrap_angle": Function("wrap_angle(a)", "the same angle in (-180, 180] deg; invalid if infinite", _angle),
-    "min_valid": Function(
-        "min_valid(group, k)", "the minimum of the valid values; invalid only if fewer than k are valid", _min_valid
-    ),
-    "argmin": Function("argmin(group)", "the index of the minimum, from 0; the first of equal values", _least_at),
-    "dot": Function("dot(group, [a, b, ...])", "the dot product with constants", _dot),
-    "atan2": Function("atan2(y, x)", "the angle of the point (x, y)", _atan2),
-    "held": Function("held(test, 0.2 s)", "whether the test has been true for this time", _past(1, TRUTH), True),
-    "once": Function("once(test, 2 s)", "whether the test was true at any time in the last 2 s", _past(1, TRUTH), True),
-    "since": Function(
-        "since(a, b, 2 s)", "whether b was true in the last 2 s, and a has been true since then", _past(2, TRUTH), True
-    ),
-    "time_since": Function("time_since(test)", "the time since the test last held; inf: never", _past(1, Kind(TIME))),
-    "rate": Function("rate(a, 0.5 s)", "the mean rate of change of a over the last 0.5 s", _rate, True),
-}

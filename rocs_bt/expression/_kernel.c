@@ -1,5 +1,5 @@
-/* Table machine: runs a RuleTable (rule_table.py) and its Program (../expression/program.py); these modules define
- * every instruction and every step. Built by hatch_build.py; kernel_backend.py is its only caller.
+/* Table machine: runs a Program (program.py), alone or of a RuleTable (../reactive/rule_table.py); these modules define
+ * every instruction and every step. Built by hatch_build.py; kernel.py is its only caller.
  *
  * A Table is checked once, when it is created: every register, cell and column that it names exists, and every register
  * is written at most once and before it is read. States are not trusted either: ring positions in a state are limited to
@@ -30,8 +30,8 @@ static PyObject *table_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     Py_buffer in[INPUTS];
     int opened_ones = 0, failed = 1;
     (void)kwargs;
-    if (!PyArg_ParseTuple(args, "OOOOOOOOOOOO:Table", &given[0], &given[1], &given[2], &given[3], &given[4], &given[5],
-                          &given[6], &given[7], &given[8], &given[9], &given[10], &given[11]))
+    if (!PyArg_ParseTuple(args, "OOOOOOOOOOOOO:Table", &given[0], &given[1], &given[2], &given[3], &given[4], &given[5],
+                          &given[6], &given[7], &given[8], &given[9], &given[10], &given[11], &given[12]))
         return NULL;
     Table *table = (Table *)PyType_GenericAlloc(type, 0);
     if (table == NULL) return NULL;
@@ -51,6 +51,7 @@ static void table_dealloc(PyObject *self) {
     free(table->run);
     free(table->first);
     free(table->initial);
+    free(table->keep);
     free(table->rule);
     free(table->guard);
     free(table->by_rank);
@@ -177,23 +178,22 @@ static int machine_look(Machine *machine, PyObject *x) {
     return -1;
 }
 
+/* Steps a machine with arguments x and t; -1 if that raises an error. */
+static int stepped(Machine *machine, PyObject *const *args, int32_t *winner) {
+    const double t = PyFloat_AsDouble(args[1]);
+    if (t == -1.0 && PyErr_Occurred()) return -1;
+    if (args[0] != machine->seen && machine_look(machine, args[0]) < 0) return -1;
+    *winner = step(machine->table, &machine->work, machine->values.buf, machine->x.buf, machine->x.strides[0], t);
+    return 0;
+}
+
 static PyObject *machine_step(PyObject *self, PyObject *const *args, Py_ssize_t count_of_args) {
-    Machine *machine = (Machine *)self;
+    int32_t winner;
     if (count_of_args != 2) {
         PyErr_Format(PyExc_TypeError, "step takes x and t; %zd were given", count_of_args);
         return NULL;
     }
-    const double t = PyFloat_AsDouble(args[1]);
-    if (t == -1.0 && PyErr_Occurred()) return NULL;
-    if (args[0] != machine->seen && machine_look(machine, args[0]) < 0) return NULL;
-    return PyLong_FromLong(step(machine->table, &machine->work, machine->values.buf, machine->x.buf, machine->x.strides[0], t));
-}
-
-static PyObject *machine_wake(PyObject *self, PyObject *nothing) {
-    Machine *machine = (Machine *)self;
-    (void)nothing;
-    rouse(machine->table, (double *)machine->values.buf + 1 + machine->table->cells, machine->work.flags);
-    Py_RETURN_NONE;
+    return stepped((Machine *)self, args, &winner) < 0 ? NULL : PyLong_FromLong(winner);
 }
 
 static PyObject *machine_register(PyObject *self, PyObject *index) {
@@ -205,21 +205,39 @@ static PyObject *machine_register(PyObject *self, PyObject *index) {
     return NULL;
 }
 
+/* Both in one call, so that no other thread can step in between. */
+static PyObject *machine_value(PyObject *self, PyObject *const *args, Py_ssize_t count_of_args) {
+    int32_t winner;
+    if (count_of_args != 3) {
+        PyErr_Format(PyExc_TypeError, "value takes x, t and index; %zd were given", count_of_args);
+        return NULL;
+    }
+    return stepped((Machine *)self, args, &winner) < 0 ? NULL : machine_register(self, args[2]);
+}
+
+static PyObject *machine_wake(PyObject *self, PyObject *nothing) {
+    Machine *machine = (Machine *)self;
+    (void)nothing;
+    rouse(machine->table, (double *)machine->values.buf + 1 + machine->table->cells, machine->work.flags);
+    Py_RETURN_NONE;
+}
+
 static PyMethodDef TABLE_METHODS[] = {
     {"batch", (PyCFunction)(void (*)(void))table_batch, METH_FASTCALL, "batch(x, t, values, winner, mask, margin)"},
     {"machine", table_machine, METH_O, "machine(values): one robot's rules, live, on an array for their state"},
     {NULL, NULL, 0, NULL}};
 static PyType_Slot TABLE_SLOTS[] = {
     {Py_tp_new, table_new}, {Py_tp_dealloc, table_dealloc}, {Py_tp_methods, TABLE_METHODS}, {0, NULL}};
-static PyType_Spec TABLE = {"rocs_bt.reactive._kernel.Table", sizeof(Table), 0, Py_TPFLAGS_DEFAULT | Py_TPFLAGS_IMMUTABLETYPE, TABLE_SLOTS};
+static PyType_Spec TABLE = {"rocs_bt.expression._kernel.Table", sizeof(Table), 0, Py_TPFLAGS_DEFAULT | Py_TPFLAGS_IMMUTABLETYPE, TABLE_SLOTS};
 
 static PyMethodDef MACHINE_METHODS[] = {
     {"step", (PyCFunction)(void (*)(void))machine_step, METH_FASTCALL, "step(x, t): the winner, -1 for none"},
+    {"value", (PyCFunction)(void (*)(void))machine_value, METH_FASTCALL, "value(x, t, index): a register after a step"},
     {"wake", machine_wake, METH_NOARGS, "look at a state that was changed from outside"},
     {"register", machine_register, METH_O, "register(index): its value after the last step"},
     {NULL, NULL, 0, NULL}};
 static PyType_Slot MACHINE_SLOTS[] = {{Py_tp_dealloc, machine_dealloc}, {Py_tp_methods, MACHINE_METHODS}, {0, NULL}};
-static PyType_Spec MACHINE = {"rocs_bt.reactive._kernel.Machine", sizeof(Machine), 0,
+static PyType_Spec MACHINE = {"rocs_bt.expression._kernel.Machine", sizeof(Machine), 0,
                               Py_TPFLAGS_DEFAULT | Py_TPFLAGS_IMMUTABLETYPE | Py_TPFLAGS_DISALLOW_INSTANTIATION, MACHINE_SLOTS};
 
 static int module_exec(PyObject *module) {
@@ -230,7 +248,7 @@ static int module_exec(PyObject *module) {
     Py_DECREF(table);
     *machine = PyType_FromModuleAndSpec(module, &MACHINE, NULL);
     if (added < 0 || *machine == NULL) return -1;
-    return PyModule_AddIntConstant(module, "OPERATIONS", OPS) < 0 ? -1 : PyModule_AddObjectRef(module, "Machine", *machine);
+    return PyModule_AddStringConstant(module, "OPERATIONS", OPERATIONS) < 0 ? -1 : PyModule_AddObjectRef(module, "Machine", *machine);
 }
 
 static void module_free(void *module) {

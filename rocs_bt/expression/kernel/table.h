@@ -20,25 +20,7 @@
 #define TWO_PI 6.283185307179586
 #define TOLERANCE 1e-9 /* [s], as in program.py */
 
-enum { LOAD, NEG, ABS, SIGN, SIDE, SQRT, WRAP, ADD, SUB, MUL, DIV, HYPOT, ATAN2, MIN2, MAX2, CLIP, SELECT, LT, LE, EQ, NE,
-       NOT, AND, OR, MIN, MAX, ARGMIN, SUM, ANY, ALL, COUNT, MIN_VALID, DOT, HELD, SINCE, AGO, RATE, DELAY, GAP, WORST,
-       BEST, WORST_OF, BEST_OF, LOWEST, SINCE_MARGIN, OPS,
-       AND_LT = OPS, AND_LE /* a and b < c: two fused instructions, see placing.h */ };
-
-enum { EACH, REDUCE, REMEMBER, RING }; /* elementwise; reduction of n values; temporal with a fixed number of cells; temporal with a ring */
-
-static const struct { uint8_t kind, operands, cells; } KINDS[OPS] = {
-    [LOAD] = {EACH, 0, 0}, [NEG] = {EACH, 1, 0}, [ABS] = {EACH, 1, 0}, [SIGN] = {EACH, 1, 0}, [SIDE] = {EACH, 1, 0},
-    [SQRT] = {EACH, 1, 0}, [WRAP] = {EACH, 1, 0}, [ADD] = {EACH, 2, 0}, [SUB] = {EACH, 2, 0}, [MUL] = {EACH, 2, 0},
-    [DIV] = {EACH, 2, 0}, [HYPOT] = {EACH, 2, 0}, [ATAN2] = {EACH, 2, 0}, [MIN2] = {EACH, 2, 0}, [MAX2] = {EACH, 2, 0},
-    [CLIP] = {EACH, 3, 0}, [SELECT] = {EACH, 3, 0}, [LT] = {EACH, 2, 0}, [LE] = {EACH, 2, 0}, [EQ] = {EACH, 2, 0},
-    [NE] = {EACH, 2, 0}, [NOT] = {EACH, 1, 0}, [AND] = {EACH, 2, 0}, [OR] = {EACH, 2, 0}, [GAP] = {EACH, 3, 0},
-    [WORST] = {EACH, 2, 0}, [BEST] = {EACH, 2, 0}, [MIN] = {REDUCE, 1, 0}, [MAX] = {REDUCE, 1, 0},
-    [ARGMIN] = {REDUCE, 1, 0}, [SUM] = {REDUCE, 1, 0}, [ANY] = {REDUCE, 1, 0}, [ALL] = {REDUCE, 1, 0},
-    [COUNT] = {REDUCE, 1, 0}, [MIN_VALID] = {REDUCE, 2, 0}, [DOT] = {REDUCE, 2, 0}, [WORST_OF] = {REDUCE, 1, 0},
-    [BEST_OF] = {REDUCE, 1, 0}, [HELD] = {REMEMBER, 1, 2}, [SINCE] = {REMEMBER, 2, 2}, [AGO] = {REMEMBER, 1, 1},
-    [RATE] = {RING, 1, 0}, [DELAY] = {RING, 1, 0}, [LOWEST] = {RING, 1, 0}, [SINCE_MARGIN] = {RING, 2, 0},
-};
+#include "operators.h"
 
 typedef struct {
     int32_t n, dst, a, b, c, cell, capacity; /* capacity: maximum number of pairs in the ring */
@@ -62,10 +44,11 @@ enum { LATCHED, RISEN, READY, UNKNOWN, ENABLED, BLIND, COLUMNS }; /* columns of 
 
 typedef struct {
     PyObject_HEAD
-    Py_ssize_t instructions, runs, registers, rules, cells, margins, width;
+    Py_ssize_t instructions, runs, registers, rules, cells, margins, width, kept;
     Py_ssize_t needed; /* minimum length of a snapshot */
     Instruction *code;
     Run *run;
+    int32_t *keep;   /* registers that can be read after a step: never fused or deferred */
     double *first;   /* initial registers */
     double *initial; /* initial state */
     Rule *rule;
