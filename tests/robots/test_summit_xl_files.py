@@ -69,11 +69,9 @@ def test_a_check_reports_a_fault_at_the_file_and_line_of_a_sibling(project):
 def test_the_readme_lists_the_monitors_parameters_and_signals(rig):
     text = FOLDER.with_name("README.md").read_text("utf-8").split("## Three-beam sensing")[1].split("\n## ")[0]
     listed = {name for row in re.findall(r"^\| (`.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    own = {each.name for each in fields_of(surround_monitor.SurroundMonitor)} - {
-        f.name for f in fields_of(RangeMonitor)
-    }
+    own, base = ({f.name for f in fields_of(cls)} for cls in (surround_monitor.SurroundMonitor, RangeMonitor))
     signals = {signal.name for signal in rig.monitor.signals()} - {"ranges", *surround_monitor.GROUPS}
-    assert listed == own - base | signals
+    assert listed == (own - base) | signals
 
 
 def test_without_code_the_robot_is_refused():
