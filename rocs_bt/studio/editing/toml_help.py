@@ -150,7 +150,8 @@ def _keys(path: Path, blank: str, table: Key, typed: str, at: int, code: bool) -
 def _pattern(key: KnownKey) -> str:
     """Value to fill in, with `$1` where the cursor goes."""
     if key.kind.startswith("a quantity"):
-        return f'"$1{key.kind[key.kind.index("[") + 1 : -1]}"'.replace("$1", "$1 ") if "[1]" not in key.kind else '"$1"'
+        unit = key.kind.partition("[")[2].rstrip("]")  # none if another key of the table names it
+        return f'"$1 {unit}"' if unit not in ("", "1") else '"$1"'
     brackets = {"a text": '"$1"', "true or false": "$1", "a whole number": "$1", "a table": "{ $1 }"}
     return brackets.get(key.kind, "[$1]" if key.kind.startswith("a list") else '"$1"')
 
