@@ -34,7 +34,6 @@ Output:
 import math
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -128,7 +127,6 @@ class Wheels(rocs_bt.Actuator):
         self.robot.motion = [0.0, 0.0]
 
 
-@dataclass(kw_only=True, eq=False)
 class Creep(rocs_bt.AtomicAction):
     """Drive ahead, slower at small gaps, until the action is cancelled."""
 
@@ -144,7 +142,6 @@ class Creep(rocs_bt.AtomicAction):
         return rocs_bt.Progress.RUNNING
 
 
-@dataclass(kw_only=True, eq=False)
 class Spin(rocs_bt.AtomicAction):
     """Turn on the spot by an angle, open loop."""
 
@@ -160,7 +157,6 @@ class Spin(rocs_bt.AtomicAction):
         return rocs_bt.Progress.RUNNING if self.left else rocs_bt.Progress.SUCCEEDED
 
 
-@dataclass(kw_only=True, eq=False)
 class TurnBack(rocs_bt.MacroAction):
     """Turn round, and creep back."""
 
@@ -170,7 +166,6 @@ class TurnBack(rocs_bt.MacroAction):
         yield Creep()
 
 
-@dataclass(kw_only=True, eq=False)
 class BackOff(rocs_bt.AtomicAction):
     """Drive backward until the rule is released."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from ..base.geometry import Twist2
 from ..base.units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
@@ -17,7 +16,6 @@ BACKING = 0.35  # [m/s] speed of backing off
 LEFT = 0.1  # share of the turn that may be left when the robot drives on; an exact turn would cost time
 
 
-@dataclass(kw_only=True, eq=False)
 class AvoidCollision(MacroAction):
     """Turn away, then drive straight for a time.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -26,7 +25,6 @@ READY = 0.05
 """Distance from the staging pose at which this pose counts as reached [m]."""
 
 
-@dataclass(kw_only=True, eq=False)
 class Dock(MacroAction):
     """Drive to a staging pose in front of a dock, turn, and creep in; if misaligned, back out and try again.
 
@@ -53,7 +51,7 @@ class Dock(MacroAction):
     facing: PositiveRadians = 0.1
     touch: Annotated[Metres, NOT_NEGATIVE] = 0.0
     attempts: int = 3
-    _ahead: float = field(default=math.inf, init=False, repr=False)
+    _ahead: float = math.inf
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world

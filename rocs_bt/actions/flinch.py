@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated
 
 from ..base.geometry import Pose2, Twist2
@@ -40,7 +40,6 @@ class _Course:
     pushed: bool = False  # whether the robot drives back to `start`
 
 
-@dataclass(kw_only=True, eq=False)
 class Flinch(AtomicAction):
     """Back off: drive ahead or back for a distance, or hold the position.
 
@@ -84,11 +83,11 @@ class Flinch(AtomicAction):
     creep: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.1
     unknown: Annotated[Metres, NOT_NEGATIVE] = 0.0
     resist: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.3
-    _begun: float = field(default=math.inf, init=False, repr=False)
-    _course: _Course | None = field(default=None, init=False, repr=False)
-    _turn: TurnAngle | None = field(default=None, init=False, repr=False)
-    _out: bool = field(default=False, init=False, repr=False)
-    _crept: float = field(default=0.0, init=False, repr=False)
+    _begun: float = math.inf
+    _course: _Course | None = None
+    _turn: TurnAngle | None = None
+    _out: bool = False
+    _crept: float = 0.0
 
     def act(self, body: Body) -> Progress | Failure:
         if not self.get_out:

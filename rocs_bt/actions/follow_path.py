@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 AGAIN = 0.1  # [m] of points that are at most this much farther than the nearest, the first on the path is joined
 
 
-@dataclass(kw_only=True, eq=False)
 class FollowPath(PathAction):
     """Drive along a polyline with the follower, and stop at its end.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
@@ -87,7 +86,6 @@ class _Search:
         return hold_twist(body, Twist2(0.0, rate), body.period)
 
 
-@dataclass(kw_only=True, eq=False)
 class FollowRobot(PathAction):
     """Follow a peer along its predicted path at a maximum distance, with the trajectory follower.
 
@@ -129,11 +127,10 @@ class FollowRobot(PathAction):
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
     heading: str = ALONG
     height: Height = math.inf
-    _stationary: _StationaryTimer = field(init=False, repr=False, default_factory=_StationaryTimer)
-    _search: _Search = field(init=False, repr=False, default_factory=_Search)
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self._stationary, self._search = _StationaryTimer(), _Search()
         if not self.safety < self.room < self.distance:
             found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
             raise InputError(Fault(f"safety, room and distance of FollowRobot must ascend, found {found}."))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -56,7 +55,6 @@ PROGRESS = 0.1
 """Displacement within `patience` below which the robot is stuck, in space for a desired height [m]."""
 
 
-@dataclass(kw_only=True, eq=False)
 class FollowRoute(PathAction):
     """Drive along a route to a goal with the follower, as fast as the clearance allows.
 

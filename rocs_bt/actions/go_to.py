@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from ..base.units import NOT_NEGATIVE, Metres, PositiveMetresPerSecond
@@ -22,7 +21,6 @@ ARRIVED = 0.05  # [m] greatest distance from a goal of any tolerance at which th
 MISSES = 5  # number of paths that may end away from the goal before the action fails
 
 
-@dataclass(kw_only=True, eq=False)
 class GoTo(PathAction):
     """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from ..base.geometry import Pose2, Twist2
@@ -22,7 +21,6 @@ ORIGIN = "origin"
 _POSE = Pose2(0.0, 0.0)
 
 
-@dataclass(kw_only=True, eq=False)
 class GoToOrigin(MacroAction):
     """Turn toward the origin of the world frame and drive straight; turn again when the bearing error grows.
 

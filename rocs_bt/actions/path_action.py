@@ -30,8 +30,9 @@ class PathAction(MacroAction):
         height: Height to fly at [m]; +inf for no change. It needs a body that flies.
     """
 
-    heading: str
-    height: float
+    if TYPE_CHECKING:  # parameters of the subclasses
+        heading: str
+        height: float
 
     def __post_init__(self) -> None:
         self._heading = Heading(self.heading)

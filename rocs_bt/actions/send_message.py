@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from ..base.units import PositiveSeconds
@@ -11,7 +10,6 @@ from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
 from ..interfaces.message import ALL, Delivery
 
 
-@dataclass(kw_only=True, eq=False)
 class SendMessage(AtomicAction):
     """Send a text to one robot, or to all present ones, with acknowledgement.
 
@@ -28,8 +26,8 @@ class SendMessage(AtomicAction):
     text: str
     to: str = "all"
     patience: PositiveSeconds = 2.0
-    _delivery: Delivery | None = field(default=None, init=False, repr=False)
-    _since: float | None = field(default=None, init=False, repr=False)
+    _delivery: Delivery | None = None
+    _since: float | None = None
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:

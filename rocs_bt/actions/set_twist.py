@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.errors import KnowledgeError
@@ -21,7 +20,6 @@ _AXES = {"forward": "vx", "left": "vy", "up": "vz", "turn": "wz"}
 """Axis of the locomotion, by parameter."""
 
 
-@dataclass(kw_only=True, eq=False)
 class SetTwist(AtomicAction):
     """Command a body twist each period, for a time or until a condition holds.
 
@@ -43,7 +41,9 @@ class SetTwist(AtomicAction):
     turn: RadiansPerSecond = 0.0
     duration: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     until: Callable[[Body], bool] | None = None
-    _timer: HoldTimer = field(default_factory=HoldTimer, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._timer = HoldTimer()
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterator[tuple[str, str]]:

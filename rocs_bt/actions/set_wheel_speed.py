@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.errors import KnowledgeError
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 
-@dataclass(kw_only=True, eq=False)
 class SetWheelSpeed(AtomicAction):
     """Command wheel linear speeds each period, for a time or until a condition holds.
 
@@ -33,7 +31,9 @@ class SetWheelSpeed(AtomicAction):
     speeds: Annotated[Sequence[float], SPEED]
     duration: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     until: Callable[[Body], bool] | None = None
-    _timer: HoldTimer = field(default_factory=HoldTimer, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._timer = HoldTimer()
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterator[tuple[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from ..base.units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
 from ..interfaces.action import AtomicAction, Body, Failure, Progress
 
 
-@dataclass(kw_only=True, eq=False)
 class Stop(AtomicAction):
     """Command the body not to move until it is stationary: wheels brake, legs do not step, and a flying body hovers.
 
@@ -26,7 +24,7 @@ class Stop(AtomicAction):
 
     below: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.02
     patience: PositiveSeconds = 1.0
-    _begun: float | None = field(default=None, init=False, repr=False)
+    _begun: float | None = None
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:

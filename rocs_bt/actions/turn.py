@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..base.units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
@@ -16,7 +15,6 @@ SLOWEST = 0.08  # [rad/s] minimum turn rate, because real robots do not turn at 
 SLACK = 3.0  # [s] time limit of a turn, in addition to twice its ideal duration
 
 
-@dataclass(kw_only=True, eq=False)
 class TurnAngle(AtomicAction):
     """Turn on the spot by an angle, with feedback from the yaw and within the acceleration limits of the body.
 
@@ -33,11 +31,13 @@ class TurnAngle(AtomicAction):
     angle: Radians
     rate: PositiveRadiansPerSecond = 1.5
     tolerance: PositiveRadians = 0.02
-    _left: float | None = field(default=None, init=False, repr=False)
-    _yaw: float = field(default=0.0, init=False, repr=False)
-    _speed: float = field(default=0.0, init=False, repr=False)
-    _deadline: float = field(default=math.inf, init=False, repr=False)
-    _watch: PoseWatch = field(default_factory=PoseWatch, init=False, repr=False)
+    _left: float | None = None
+    _yaw: float = 0.0
+    _speed: float = 0.0
+    _deadline: float = math.inf
+
+    def __post_init__(self) -> None:
+        self._watch = PoseWatch()
 
     def act(self, body: Body) -> Progress | Failure:
         pose = self._watch.read(body)
@@ -81,7 +81,6 @@ class TurnAngle(AtomicAction):
         return min(max(wanted, self._speed - limit * body.period), self._speed + limit * body.period)
 
 
-@dataclass(kw_only=True, eq=False)
 class TurnToPosition(MacroAction):
     """Turn on the spot toward a position: one TurnAngle by the bearing at the start.
 
@@ -102,7 +101,6 @@ class TurnToPosition(MacroAction):
         yield TurnAngle(angle=pose.bearing(Pose2(self.x, self.y)), rate=self.rate)
 
 
-@dataclass(kw_only=True, eq=False)
 class TurnToOrigin(MacroAction):
     """Turn on the spot toward the origin of the world frame.
 
@@ -116,7 +114,6 @@ class TurnToOrigin(MacroAction):
         yield TurnToPosition(x=0.0, y=0.0, rate=self.rate)
 
 
-@dataclass(kw_only=True, eq=False)
 class TurnTo(MacroAction):
     """Turn on the spot in the shorter direction to a yaw; the error is checked at standstill and corrected.
 

@@ -32,6 +32,7 @@ from .read import (
     read_root,
     read_value,
     read_values,
+    refuse_faults,
     rows_in,
 )
 from .schema import json_schema
@@ -81,6 +82,7 @@ __all__ = [
     "read_root",
     "read_value",
     "read_values",
+    "refuse_faults",
     "replaced",
     "rows_in",
     "values_of",

@@ -64,7 +64,7 @@ def constructor_fields(cls: type, positional: Sequence[str]) -> dict[str, Field]
         make = vars(base).get("__init__")
         if not inspect.isfunction(make):
             continue
-        form = f"Write: def __init__(self, {', '.join(positional)}, *, ...)."
+        form = f"Write: def __init__({', '.join(['self', *positional, '*', '...'])})."
         own, more = keyword_fields(make, positional, f"{base.__name__}.__init__", form)
         found = own | found
         if not more:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -166,17 +166,25 @@ def checked(cls: type[D], values: Mapping[str, Any], what: str) -> D:
         InputError: Names are unknown or missing, or values are wrong; contains all faults.
     """
     fields = {each.name: each for each in fields_of(cls)}
-    faults = [unknown(f"parameter of {what}", name, fields, what) for name in values if name not in fields]
-    if missing := [name for name, each in fields.items() if each.required and name not in values]:
-        faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(fields)}."))
-    given = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items() if name in fields}
-    faults += [fault for name, v in given.items() for fault in fields[name].faults(v, f"{name} of {what}")]
-    if faults:
-        raise InputError(*faults)
+    given = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+    lack = [name for name, each in fields.items() if each.required and name not in values]
+    refuse_faults(fields, given, what, lack)
     made = cls(**given)
     if faults := [Fault(f"{what}: {wrong.message}", hint=wrong.hint) for wrong in made._check()]:
         raise InputError(*faults)
     return made
+
+
+def refuse_faults(
+    fields: Mapping[str, Field], values: Mapping[str, Any], what: str, missing: Collection[str] = ()
+) -> None:
+    """Refuse wrong values of fields that a program gives, SI units; errors as those of `checked`."""
+    faults = [unknown(f"parameter of {what}", name, fields, what) for name in values if name not in fields]
+    if missing:
+        faults.append(Fault(f"{what} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(fields)}."))
+    faults += [f for name, v in values.items() if name in fields for f in fields[name].faults(v, f"{name} of {what}")]
+    if faults:
+        raise InputError(*faults)
 
 
 def rows_in(table: Table, key: str) -> list[dict[str, Any]]:

@@ -1,9 +1,7 @@
 """Actions: base classes of what Plan and reflexes request and Execute carries out (paper, 5.1).
 
-An action is a dataclass; its fields are its parameters, in SI units. The annotation of a field declares the dimension
-and the valid range of the parameter:
+The annotations of an action class are its parameters, in SI units, with dimension and valid range:
 
-    @dataclass(kw_only=True, eq=False)
     class Nod(AtomicAction):
         \"\"\"Move the head once.\"\"\"
         angle: Radians = 0.3
@@ -13,10 +11,8 @@ and the valid range of the parameter:
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
-import typing
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,9 +20,9 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from ..base.clock import Clock
-from ..base.errors import Fault, InputError, interrupts, unknown
+from ..base.errors import InputError, interrupts, unknown
 from ..base.raised import Raised
-from ..declare import MISSING, Field
+from ..declare import Declared, Field, checked, fields_of, refuse_faults
 from ..event import Event, Value
 from .device import Actuator
 
@@ -158,9 +154,10 @@ class Body(Protocol):
         ...
 
 
-@dataclass(kw_only=True, eq=False)
-class Action(ABC):
-    """Base class of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters.
+class Action(Declared, ABC):
+    """Base class of atomic actions and macro-actions; the annotations of a subclass are its parameters.
+
+    A name with an underscore is no parameter; `__post_init__` may compute further attributes.
 
     Attributes:
         live: Names of parameters that may change while the action runs: a tree node reads these ports in each tick.
@@ -195,8 +192,7 @@ class Action(ABC):
         Raises:
             InputError: A parameter is unknown, or a value is out of bounds. Then no parameter is changed.
         """
-        if faults := _faults(type(self), parameters):
-            raise InputError(*faults)
+        refuse_faults(parameters_of(type(self)), parameters, self.name)
         for name, value in parameters.items():
             setattr(self, name, value)
 
@@ -287,14 +283,7 @@ class InvalidAction(AtomicAction):
 @functools.cache
 def parameters_of(action: type[Action]) -> dict[str, Field]:
     """Parameters that an action class declares, by name, in order."""
-    hints = typing.get_type_hints(action, include_extras=True, localns=_hint_names())
-    found = {}
-    for field in dataclasses.fields(action):
-        if not field.init:
-            continue
-        default = MISSING if field.default is dataclasses.MISSING else field.default
-        found[field.name] = Field.annotated(field.name, hints[field.name], default, action)
-    return found
+    return {each.name: each for each in fields_of(action)}
 
 
 def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mapping[str, Any]) -> Action:
@@ -306,14 +295,7 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
     """
     if name not in table:
         raise InputError(unknown("action", name, table))
-    declared = parameters_of(table[name])
-    faults = _faults(table[name], parameters)
-    missing = [p for p, d in declared.items() if d.required and p not in parameters]
-    if missing:
-        faults.append(Fault(f"{name} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}."))
-    if faults:
-        raise InputError(*faults)
-    return table[name](**parameters)
+    return checked(table[name], parameters, name)
 
 
 def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> Sequence[tuple[str, str]]:
@@ -336,17 +318,6 @@ def refuse_misfits(action: type[Action], parameters: Mapping[str, Any], knowledg
         raise InputError(*(f"{name} of {action.__name__}: {reason}." for name, reason in found))
 
 
-def _faults(action: type[Action], parameters: Mapping[str, Any]) -> list[Fault]:
-    """Faults of the names, types and bounds of an action's parameters."""
-    declared, name, faults = parameters_of(action), action.__name__, list[Fault]()
-    for key, value in parameters.items():
-        if key not in declared:
-            faults.append(unknown(f"parameter of {name}", key, declared, name))
-        else:
-            faults += declared[key].faults(value, f"{key} of {name}")
-    return faults
-
-
 def _plain(value: Any) -> Value:
     if type(value) in _PLAIN or isinstance(value, (bool, int, float, str)):
         plain: Value = value
@@ -358,8 +329,3 @@ def _plain(value: Any) -> Value:
 
 
 _PLAIN = frozenset((type(None), bool, int, float, str))
-
-
-def _hint_names() -> dict[str, Any]:
-    # Names that annotations use but that their modules import for type checking only.
-    return {"Body": Body}

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -29,13 +28,12 @@ def _empty_log():
     LOG.clear()
 
 
-@dataclass(kw_only=True, eq=False)
 class Creep(AtomicAction):
     """Drives, and notes that it is stopped."""
 
     raises_at: float = 1e9
     refuses_to_stop: bool = False
-    periods: int = field(default=0, init=False)
+    periods = 0
 
     def act(self, body: Body) -> Progress:
         if body.clock.now() >= self.raises_at:
@@ -49,7 +47,6 @@ class Creep(AtomicAction):
             raise DeviceError("it does not stop")
 
 
-@dataclass(kw_only=True, eq=False)
 class Crawl(MacroAction):
     """Creeps, and notes that it is stopped and closed."""
 

@@ -10,15 +10,12 @@ from rocs_bt.check import check_content
 
 MISSION = '''"""Turn on the spot with an action of my own."""
 
-from dataclasses import dataclass
-
 from rocs_bt.interfaces.action import AtomicAction, Body, Progress
 from rocs_bt.base.geometry import Twist2
 from rocs_bt.plan import Mission
 from rocs_bt.base.units import RadiansPerSecond
 
 
-@dataclass(kw_only=True, eq=False)
 class Whirl(AtomicAction):
     """One turn of the wheels, for ten periods."""
 

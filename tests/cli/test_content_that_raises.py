@@ -116,14 +116,11 @@ def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(where, own, proje
 
 
 OWN_ACTION = '''
-from dataclasses import dataclass
-
 from rocs_bt import MacroAction, Mission
 from rocs_bt.actions import SetWheelSpeed
 from rocs_bt.base.units import PositiveMetresPerSecond
 
 
-@dataclass(kw_only=True, eq=False)
 class Nudge(MacroAction):
     """Yields an action of the engine with a parameter that it cannot use."""
 

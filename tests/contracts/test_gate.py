@@ -89,7 +89,6 @@ class Tried:
             handle.command(wild(cls.rng, handle.size))
 
 
-@dataclasses.dataclass(kw_only=True, eq=False)
 class Berserk(rocs_bt.AtomicAction):
     """Commands wildly, several times a period, and fails or ends now and then."""
 

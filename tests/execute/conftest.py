@@ -1,7 +1,6 @@
 """A bench for Execute alone: one wheel actuator that writes down what happens to it, and actions that do as told."""
 
 import math
-from dataclasses import dataclass, field
 
 import pytest
 
@@ -68,16 +67,15 @@ class Bench:
         return [e for e in self.sink.events if isinstance(e, kind)]
 
 
-@dataclass(kw_only=True, eq=False)
 class Do(AtomicAction):
     """Acts `periods` times, commanding each time unless it is mute, and then ends as `ends` says."""
 
     label: str
-    log: list = field(repr=False)
+    log: list
     periods: float = 1
     mute: bool = False
     ends: Failure | None = None
-    done: int = field(default=0, init=False)
+    done = 0
 
     def act(self, body):
         self.done += 1
@@ -93,13 +91,12 @@ class Do(AtomicAction):
         self.log.append(("stop", self.label))
 
 
-@dataclass(kw_only=True, eq=False)
 class Chain(MacroAction):
     """Yields the actions of `steps`; each may be an action or a function that makes one."""
 
     label: str
-    log: list = field(repr=False)
-    steps: list = field(default_factory=list, repr=False)
+    log: list
+    steps: list = ()
 
     def decompose(self, body):
         try:

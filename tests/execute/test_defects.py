@@ -1,7 +1,6 @@
 """Execute, when actions and devices do what they should not."""
 
 import contextlib
-from dataclasses import dataclass
 
 import pytest
 
@@ -29,7 +28,6 @@ def test_a_device_that_refuses_stops_the_wheels_and_fails_the_ticket(bench, do):
 
 @pytest.mark.parametrize("values", [[1.0], [1.0, 2.0, 3.0], [1.0, float("nan")], [float("inf"), 0.0]])
 def test_what_is_no_command_never_reaches_the_device(bench, values):
-    @dataclass(kw_only=True, eq=False)
     class Wild(AtomicAction):
         def act(self, body):
             body.motion.command(values)
@@ -42,7 +40,6 @@ def test_what_is_no_command_never_reaches_the_device(bench, values):
 
 
 def test_an_action_that_raises_stops_the_wheels_first_and_fails_its_ticket(bench):
-    @dataclass(kw_only=True, eq=False)
     class Buggy(AtomicAction):
         def act(self, body):
             body.motion.command([1.0, 1.0])
@@ -57,7 +54,6 @@ def test_an_action_that_raises_stops_the_wheels_first_and_fails_its_ticket(bench
 
 
 def test_an_act_that_returns_nothing_is_told_so(bench):
-    @dataclass(kw_only=True, eq=False)
     class Forgetful(AtomicAction):
         def act(self, body):
             pass
@@ -96,7 +92,6 @@ def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
 
 
 def test_a_device_error_in_decompose_is_a_refusal_too(bench):
-    @dataclass(kw_only=True, eq=False)
     class Asks(MacroAction):
         def decompose(self, body):
             raise DeviceError("no such register")
@@ -111,19 +106,16 @@ def test_a_device_error_in_decompose_is_a_refusal_too(bench):
 def test_an_action_that_is_asked_for_the_impossible_fails_and_nothing_else_does(bench, do, chain, where):
     error = InputError("cruise must be positive.", "So must rate.")
 
-    @dataclass(kw_only=True, eq=False)
     class Acts(AtomicAction):
         def act(self, body):
             body.motion.command([1.0, 1.0])
             raise error
 
-    @dataclass(kw_only=True, eq=False)
     class Decomposes(MacroAction):
         def decompose(self, body):
             raise error
             yield
 
-    @dataclass(kw_only=True, eq=False)
     class Calls(MacroAction):
         def decompose(self, body):
             raise error
@@ -140,7 +132,6 @@ def test_an_action_that_is_asked_for_the_impossible_fails_and_nothing_else_does(
 
 @pytest.mark.parametrize("kind", [AtomicAction, MacroAction])
 def test_a_macro_may_answer_what_its_action_cannot(bench, do, kind):
-    @dataclass(kw_only=True, eq=False)
     class Cannot(kind):
         def act(self, body):
             raise InputError("no such path")
@@ -149,7 +140,6 @@ def test_a_macro_may_answer_what_its_action_cannot(bench, do, kind):
             raise InputError("no such path")
             yield
 
-    @dataclass(kw_only=True, eq=False)
     class Careful(MacroAction):
         def decompose(self, body):
             with contextlib.suppress(ActionFailed):

@@ -2,7 +2,6 @@
 
 import contextlib
 from copy import copy
-from dataclasses import dataclass
 
 from rocs_bt.event import ActuatorCommanded, AtomicStarted, ListSink
 from rocs_bt.execute import Execute, RobotBody
@@ -102,7 +101,6 @@ def test_a_macro_of_endless_empty_macros_is_a_runaway(bench, make_chain, chain):
 
 
 def test_a_macro_that_yields_itself_for_ever_is_a_runaway(bench):
-    @dataclass(kw_only=True, eq=False)
     class Deep(MacroAction):
         def decompose(self, body):
             yield Deep()
@@ -165,7 +163,6 @@ def test_a_held_macro_is_not_decomposed(bench, do, chain):
 
 
 def test_a_failure_reaches_the_macro_at_its_yield_and_can_be_answered(bench, do, broken):
-    @dataclass(kw_only=True, eq=False)
     class TryAgain(MacroAction):
         def decompose(self, body):
             try:
@@ -190,7 +187,6 @@ def test_a_failure_nobody_answers_fails_the_ticket_with_its_evidence(bench, do, 
 
 
 def test_what_a_failing_action_commanded_does_not_stay(bench):
-    @dataclass(kw_only=True, eq=False)
     class Rash(AtomicAction):
         def act(self, body):
             body.motion.command([1.0, 1.0])
@@ -202,13 +198,11 @@ def test_what_a_failing_action_commanded_does_not_stay(bench):
 
 
 def test_nor_when_a_macro_answers_and_then_waits(bench, do):
-    @dataclass(kw_only=True, eq=False)
     class Rash(AtomicAction):
         def act(self, body):
             body.motion.command([1.0, 1.0])
             raise ActionFailed(Reason.BLOCKED)
 
-    @dataclass(kw_only=True, eq=False)
     class Patient(MacroAction):
         def decompose(self, body):
             with contextlib.suppress(ActionFailed):
@@ -220,7 +214,6 @@ def test_nor_when_a_macro_answers_and_then_waits(bench, do):
 
 
 def test_a_macro_may_be_a_fixed_sequence(bench, do, broken):
-    @dataclass(kw_only=True, eq=False)
     class Pair(MacroAction):
         steps: tuple
 
@@ -244,7 +237,6 @@ def test_stop_rests_the_wheels_and_cancels_everything(bench, do):
 
 
 def test_stop_in_mid_act_drops_what_the_action_commands_after_it(bench):
-    @dataclass(kw_only=True, eq=False)
     class Late(AtomicAction):
         def act(self, body):
             bench.execute.stop("heartbeat")  # as from another thread
@@ -260,7 +252,6 @@ def test_stop_in_mid_act_drops_what_the_action_commands_after_it(bench):
 
 
 def test_an_action_cancelled_in_its_last_act_is_stopped_and_does_not_succeed(bench):
-    @dataclass(kw_only=True, eq=False)
     class Last(AtomicAction):
         def act(self, body):
             bench.pipeline.submit(reflex, HIGH, "rule")  # as from another thread
@@ -270,7 +261,6 @@ def test_an_action_cancelled_in_its_last_act_is_stopped_and_does_not_succeed(ben
         def stop(self, body):
             bench.log.append(("stop", "last"))
 
-    @dataclass(kw_only=True, eq=False)
     class Reflex(AtomicAction):
         def act(self, body):
             body.motion.command([-1.0, -1.0])
@@ -297,7 +287,6 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
         sink=bench.sink,
     )
 
-    @dataclass(kw_only=True, eq=False)
     class Shine(AtomicAction):
         def act(self, body):
             body.actuators["lamp"].command([1.0, 0.0])

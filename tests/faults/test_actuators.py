@@ -1,7 +1,6 @@
 """An actuator whose driver raises: neutral first, then the run ends as an error, whatever commanded it."""
 
 import contextlib
-from dataclasses import dataclass
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -19,7 +18,6 @@ DETAIL = {
 }
 
 
-@dataclass(kw_only=True, eq=False)
 class Swallows(AtomicAction):
     """Drives, and catches whatever the wheels raise."""
 
@@ -29,7 +27,6 @@ class Swallows(AtomicAction):
         return Progress.RUNNING
 
 
-@dataclass(kw_only=True, eq=False)
 class Wraps(AtomicAction):
     """Drives, and raises something of its own where the wheels raise."""
 

@@ -2,7 +2,6 @@
 
 import math
 from asyncio import CancelledError
-from dataclasses import dataclass
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -97,7 +96,7 @@ class Router(StockLeaf):
 class Straight:
     """A planner that is no tree."""
 
-    def __init__(self, times):
+    def __init__(self, *, times: Times):
         self.times = times
 
     def reset(self, task, rng):
@@ -120,7 +119,6 @@ class Own(Plan):
             self.ticket = self.submit("GoTo", goal="goal")
 
 
-@dataclass(kw_only=True, eq=False)
 class Rot(AtomicAction):
     """An action that drives."""
 
@@ -130,7 +128,6 @@ class Rot(AtomicAction):
         return Progress.RUNNING
 
 
-@dataclass(kw_only=True, eq=False)
 class Rots(MacroAction):
     """A macro-action that drives, in pieces."""
 
@@ -140,7 +137,6 @@ class Rots(MacroAction):
             yield Nudge()
 
 
-@dataclass(kw_only=True, eq=False)
 class Nudge(AtomicAction):
     """An action that drives for one period."""
 
@@ -337,7 +333,6 @@ class Whim(ReactiveModel):
         return [Reflex("whim", 50, self.action, level=self.level)] if wanted else []
 
 
-@dataclass(kw_only=True, eq=False)
 class Unmakeable(AtomicAction):
     """An action that raises when it is made."""
 
@@ -447,7 +442,6 @@ def test_a_reflex_acts_though_its_reading_raises(broken):
 
 
 def test_a_reflex_acts_in_its_period_though_the_action_that_it_cuts_off_raises_when_it_is_stopped(broken):
-    @dataclass(kw_only=True, eq=False)
     class Clings(AtomicAction):
         def act(self, body):
             body.motion.command([0.2, 0.2])

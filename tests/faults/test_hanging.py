@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from dataclasses import dataclass
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -56,7 +55,6 @@ class Once(Behaviour):
         return Status.RUNNING
 
 
-@dataclass(kw_only=True, eq=False)
 class Doze(AtomicAction):
     """An action that drives, and falls asleep when its time has come, or later while a reflex acts."""
 

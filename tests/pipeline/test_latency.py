@@ -1,7 +1,6 @@
 """A planner's latency: what it decides takes effect later, submission and cancellation alike; a reflex never waits."""
 
 import math
-from dataclasses import dataclass
 
 import pytest
 from hypothesis import given, settings
@@ -16,7 +15,6 @@ NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 PERIOD = 0.05
 
 
-@dataclass(kw_only=True, eq=False)
 class Nod(AtomicAction):
     angle: float = 0.3
 

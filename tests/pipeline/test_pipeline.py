@@ -1,7 +1,6 @@
 """The Pipeline by itself: order, pre-emption, hold, ends, and threads."""
 
 import threading
-from dataclasses import dataclass
 
 import pytest
 from hypothesis import given, settings
@@ -16,7 +15,6 @@ from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 
 
-@dataclass(kw_only=True, eq=False)
 class Nod(AtomicAction):
     angle: float = 0.3
 

@@ -4,8 +4,6 @@ Its `push` never updates the priority on top, so the queue is a mailbox of one s
 `next` is the only way out, and nothing tells what became of an action.
 """
 
-from dataclasses import dataclass
-
 import pytest
 
 from rocs_bt.base.clock import SimulatedClock
@@ -33,7 +31,6 @@ class Wheels(Actuator):
         self.commands.append(0.0)
 
 
-@dataclass(kw_only=True, eq=False)
 class Locomotion(AtomicAction):
     """Commands its speed for some periods."""
 
@@ -46,7 +43,6 @@ class Locomotion(AtomicAction):
         return Progress.RUNNING if self.periods > 0 else Progress.SUCCEEDED
 
 
-@dataclass(kw_only=True, eq=False)
 class Three(MacroAction):
     def decompose(self, body):
         yield Locomotion(speed=1.0)
@@ -148,7 +144,6 @@ def test_a_reflex_is_not_lost_whenever_it_comes_while_a_macro_runs(robot, moment
 def test_a_reflex_submitted_in_the_midst_of_an_act_is_next(robot):
     tickets = []
 
-    @dataclass(kw_only=True, eq=False)
     class Slow(AtomicAction):
         def act(self, body):
             tickets.append(robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule"))

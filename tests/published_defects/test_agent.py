@@ -7,7 +7,6 @@ import itertools
 import json
 import math
 import threading
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -139,7 +138,6 @@ class TestAction:
         """There: a command crosses the queue two or three times, on a pose that is one whole chain old."""
         ages = []
 
-        @dataclass(kw_only=True, eq=False)
         class Look(AtomicAction):
             def act(self, body):
                 ages.append(body.clock.now() - body.knowledge.signals.stamp("pose"))
@@ -172,7 +170,6 @@ class TestOneOfEach:
         """There: a robot has two, one of which shadows the other, and Execute holds the wrong one."""
         seen = []
 
-        @dataclass(kw_only=True, eq=False)
         class Look(AtomicAction):
             def act(self, body):
                 seen.append(body.knowledge)

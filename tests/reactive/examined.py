@@ -1,6 +1,5 @@
 """A robot's signals and actions, and rule files about them, for the tests of what examines rules."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from rocs_bt.base.signal import Signal
@@ -23,7 +22,6 @@ ENVIRONMENT = Environment.packed(
 )
 
 
-@dataclass(kw_only=True, eq=False)
 class Turn(AtomicAction):
     """Turns."""
 
@@ -36,7 +34,6 @@ class Turn(AtomicAction):
         return Progress.SUCCEEDED
 
 
-@dataclass(kw_only=True, eq=False)
 class Go(AtomicAction):
     """Goes."""
 

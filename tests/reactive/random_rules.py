@@ -33,7 +33,6 @@ SIZE = 13
 WINDOWS = ["0.001 s", "0.1 s", "0.25 s", "1 s", "30 s"]
 
 
-@dataclass(kw_only=True, eq=False)
 class Move(AtomicAction):
     """Moves."""
 

@@ -2,7 +2,6 @@
 
 import math
 import threading
-from dataclasses import dataclass
 
 import numpy as np
 from hypothesis import given, settings
@@ -20,7 +19,6 @@ LEVELS = {"a": 1, "b": 1, "c": 2, "d": 3}
 KINDS = {"a": False, "b": True, "c": False, "d": True}
 
 
-@dataclass(kw_only=True, eq=False)
 class Work(AtomicAction):
     """Works."""
 

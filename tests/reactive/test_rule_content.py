@@ -1,7 +1,5 @@
 """What rule files hold besides rules: thresholds and who overrides them, included files, modes, inline tests."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -16,7 +14,6 @@ ENVIRONMENT = Environment.packed(
 )
 
 
-@dataclass(kw_only=True, eq=False)
 class Move(AtomicAction):
     """Moves."""
 

@@ -1,7 +1,6 @@
 """Rule files: what loads, and what is refused; the messages are in tests/messages."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +26,6 @@ ENVIRONMENT = Environment.packed(
 )
 
 
-@dataclass(kw_only=True, eq=False)
 class Turn(AtomicAction):
     """Turns."""
 

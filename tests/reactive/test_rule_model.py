@@ -1,7 +1,6 @@
 """The life of a rule: random rule sets on random traces beside the numpy back end, and each law by example."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,6 @@ ENVIRONMENT = Environment.packed(
 )
 
 
-@dataclass(kw_only=True, eq=False)
 class Move(AtomicAction):
     """Moves."""
 

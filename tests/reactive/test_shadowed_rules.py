@@ -4,7 +4,6 @@ import math
 import random
 import re
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,6 @@ VALUES = [[0.0, 0.2, 0.3, 0.4, 1.0, 2.0, math.nan]] * 2 + [[0.0, 0.2, 0.4, math.
 VALUES += [[-1.0, 0.0, 0.2, 1.0, math.nan]]
 
 
-@dataclass(kw_only=True, eq=False)
 class Halt(AtomicAction):
     """Does nothing."""
 

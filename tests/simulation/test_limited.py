@@ -1,7 +1,5 @@
 """A command beyond the limits, seen as a user sees it: in the summary, the report and `--why`."""
 
-from dataclasses import dataclass
-
 import pytest
 from py_trees.behaviour import Behaviour
 
@@ -13,7 +11,6 @@ from rocs_bt.record import Recording, explain
 from ..pages import data_of
 
 
-@dataclass(kw_only=True, eq=False)
 class Rush(rocs_bt.AtomicAction):
     """Command 5 m/s, whatever the wheels can."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from ...base.errors import Fault, InputError, unknown
@@ -199,12 +198,11 @@ TWISTS = {"geometry_msgs/msg/Twist": (), "geometry_msgs/msg/TwistStamped": ("twi
 """Path of the twist in each message type."""
 
 
-@dataclass(kw_only=True, eq=False)
 class RelayTwist(AtomicAction):
     """Commands the newest twist of a topic each period, until it is cancelled; rests while there is no recent one."""
 
-    _topic: RosSubscription | None = field(default=None, init=False, repr=False)
-    _type: str = field(default="", init=False, repr=False)
+    _topic: RosSubscription | None = None
+    _type: str = ""
 
     @classmethod
     def of(cls, topic: RosSubscription, type: str) -> RelayTwist:
