@@ -20,22 +20,9 @@ from .marks import (
     Word,
 )
 from .open import Open, Place, has_key, place_of
-from .read import (
-    Kind,
-    checked,
-    names_of,
-    note_twice,
-    read,
-    read_arguments,
-    read_fields,
-    read_key,
-    read_root,
-    read_value,
-    read_values,
-    refuse_faults,
-    rows_in,
-)
+from .read import Kind, names_of, note_twice, read, read_key, read_root, rows_in
 from .schema import json_schema
+from .values import checked, read_arguments, read_fields, read_value, read_values, refuse_faults
 from .write import data_of
 
 __all__ = [
