@@ -10,6 +10,7 @@ import pytest
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 from rocs_bt.expression import Environment, Expression, evaluate, parse
+from rocs_bt.reactive.analysis import symbolic
 from rocs_bt.reactive.analysis.case import Case
 from rocs_bt.reactive.analysis.prover import Prover, conjunction, negation
 from rocs_bt.reactive.analysis.sample import Samples
@@ -43,6 +44,17 @@ def rows_of(prover, values, count, seed=0):
 
 
 VALUES = [-1.0, -0.3, 0.0, 0.1, 0.3, 0.5, 1.0, 1.5, 2.0, 3.5, 5.0, 5.6, INF]
+
+
+@pytest.mark.parametrize("text", ["sqrt(speed * speed) < -1 m/s", "sign(speed) > 2", "hypot(speed, speed) < 0 m/s"])
+def test_an_operator_without_a_row_leaves_the_question_open(text, monkeypatch):
+    node = parse(text, ENVIRONMENT)
+    assert Prover(ENVIRONMENT, [node]).decide(node).never
+    for op in ("sqrt", "sign", "hypot"):
+        monkeypatch.delitem(symbolic._ROWS, op)
+    answer = Prover(ENVIRONMENT, [node]).decide(node)
+    assert answer.unknown
+    assert answer.example is None
 
 
 # What the past rules out.

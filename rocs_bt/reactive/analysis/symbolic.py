@@ -202,7 +202,18 @@ class Translator:
             return every(*(self._compared(pair.args[0], pair.args[1], pair.signs[0]) for pair in node.pairs))
         if node.op in _NAMED:
             return _NAMED[node.op](self, node.text, *map(self.value, args))
-        return _ROWS[node.op](self, *map(self.value, args))
+        row = _ROWS.get(node.op)
+        return self._unknown(node) if row is None else row(self, *map(self.value, args))
+
+    def _unknown(self, node: Node) -> Number | Truth:
+        """Any value, of an operator without a row: it is never wrong, but a proof may need a row."""
+        if node.kind.boolean:
+            truth = Truth(self.flag(), self.flag())
+            self.require(any_of(truth.valid, no(truth.true)), unknown=node.text)
+            return truth
+        number = Number(self.real(), self.flag(), self.flag(), self.flag())
+        self.require(no(all_of(number.over, number.under)), unknown=node.text)
+        return number
 
     def _signal(self, index: int) -> Number:
         if index not in self._signals:
