@@ -104,14 +104,6 @@ def test_every_kind_of_drive_arrives(any_drive: Locomotion) -> None:
     assert np.abs(plant.twist).max() < 0.05
 
 
-@pytest.mark.parametrize("yaw", [0.0, 2.0, math.pi, -2.5])
-def test_a_robot_far_beside_the_path_in_any_heading_joins_it(drive: Locomotion, yaw: float) -> None:
-    plant, path = Plant(drive, Pose2(0.5, 1.5, yaw)), Path.line((0, 0), (5, 0))
-    commands = drive_on(Follower(drive), plant, along(drive, path), 400)
-    check_limits(drive, commands)
-    assert plant.pose.distance(Pose2(5.0, 0.0)) < 0.02
-
-
 def test_a_turn_on_the_spot_stays_on_the_spot(any_drive: Locomotion) -> None:
     plant = Plant(any_drive, Pose2(1.0, 2.0, -0.5), slip=1.0)
     drive_on(Follower(any_drive), plant, TurnReference(2.5, 1.0, 2.0), 120)
@@ -160,20 +152,6 @@ def test_a_timetable_is_kept(drive: Locomotion) -> None:
         plant.move(follower.step(plant.pose, None, reference, PERIOD).values)
     angle = 0.4 * 160 * PERIOD
     assert plant.pose.distance(Pose2(math.sin(angle), 1.0 - math.cos(angle))) < 0.03
-
-
-def test_predicting_over_the_lag_tracks_a_slow_drive_better(drive: Locomotion) -> None:
-    def error(lag: float) -> float:
-        plant = Plant(drive, Pose2(0.0, 0.0, math.pi / 4), lag=0.25, slip=1.0)
-        follower, path, worst = Follower(replace(drive, response=Response(lag=lag))), tour(), 0.0
-        reference, s = along(drive, path, 0.7), 0.0
-        for _ in range(240):
-            plant.move(follower.step(plant.pose, None, reference, PERIOD).values)
-            s = path.project(plant.pose.x, plant.pose.y, s)
-            worst = max(worst, float(np.hypot(*(path.position(s) - plant.pose[:2]))))
-        return worst
-
-    assert error(0.25) < 0.55 * error(0.0)
 
 
 @pytest.mark.parametrize(("lag", "better"), [(0.02, 1.01), (0.04, 1.2), (0.1, 0.7), (0.2, 0.45)])

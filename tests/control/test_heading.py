@@ -65,15 +65,6 @@ def test_yaws_toward_a_point_meet_it_and_never_jump(points: list[tuple[float, fl
         assert (yaws == 0.5).all()
 
 
-def test_over_a_point_the_yaw_turns_evenly_and_at_the_point_it_is_held() -> None:
-    over, onto = Path.line((-2.0, 0.1), (2.0, 0.1)), Path.line((-2.0, 0.0), (0.0, 0.0))
-    yaws = toward(over.samples[:, :2], 0.0, 0.0, 0.0)
-    assert yaws[0] == pytest.approx(-math.atan2(0.1, 2.0))
-    assert yaws[len(yaws) // 2] == pytest.approx(-math.pi / 2, abs=0.02)
-    assert (np.diff(yaws) <= 0.0).all()
-    assert toward(onto.samples[:, :2], 0.0, 0.0, 1.0) == pytest.approx(np.zeros(len(onto.samples)))
-
-
 @given(angles, angles, st.floats(0.0, 1.5), st.floats(0.5, 5.0))
 def test_a_change_of_heading_begins_at_the_robots_yaw_and_ends_at_the_wanted_one(
     wanted: float, yaw: float, s: float, slope: float

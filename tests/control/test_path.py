@@ -59,11 +59,6 @@ def test_a_hint_follows_a_crossing_path_in_order() -> None:
     assert path.project(0.0, 0.0, 0.1) == pytest.approx(0.0, abs=0.02)
 
 
-def test_a_robot_that_was_carried_off_is_found_again() -> None:
-    path = Path.line((0.0, 0.0), (20.0, 0.0))
-    assert path.project(17.3, 0.2, hint=1.0) == pytest.approx(17.3, abs=1e-6)
-
-
 @pytest.mark.parametrize("count", [40, 400, 4000])
 def test_heading_and_curvature_of_a_circle(count: int) -> None:
     path = circle(0.8, count)

@@ -219,13 +219,6 @@ def test_two_that_meet_in_a_corridor_pass_each_other() -> None:
     assert least > 0.0
 
 
-def test_it_waits_at_a_door_until_the_oncoming_one_has_passed() -> None:
-    walls = np.vstack([wall((3.0, 0.5), (3.0, 5.0)), wall((3.0, -0.5), (3.0, -5.0))])
-    took, least = driven(Robot((0.0, 0.0, 0.0), (6.0, 0.0), walls), [moved(6.5, 0.0, -1.0, 0.0)])
-    assert took is not None
-    assert least > 0.05
-
-
 def test_it_backs_away_from_an_oncoming_one_where_there_is_no_room_aside() -> None:
     walls = np.vstack([wall((-6.0, 0.4), (8.0, 0.4)), wall((-6.0, -0.4), (8.0, -0.4))])
     robot = Robot((1.0, 0.0, 0.0), (6.0, 0.0), walls)

@@ -38,14 +38,6 @@ def test_a_mover_that_would_walk_into_a_wall_follows_it(across, along):
     assert path[:, 0] == pytest.approx(0.2 + along * TIMES, abs=0.06)
 
 
-def test_a_mover_stops_at_a_wall_straight_ahead_and_in_a_corner():
-    straight = walk(field(WALL), 0.0, 0.0, 0.0, 1.0)
-    assert np.ptp(straight[-8:], axis=0) == pytest.approx([0.0, 0.0], abs=0.03)
-    corner = walk(field(WALL, ((2.0, -3.0), (2.0, 3.0))), 0.5, 0.0, 0.9, 0.6)
-    assert np.ptp(corner[-3:], axis=0) == pytest.approx([0.0, 0.0], abs=0.03)
-    assert corner[-1] == pytest.approx([1.7, 0.7], abs=0.2)
-
-
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("times", [TIMES, np.linspace(0.0, 3.0, 7)], ids=["near", "far"])
 def test_no_prediction_passes_through_a_wall_and_without_one_ahead_nothing_changes(seed, times):
@@ -88,12 +80,6 @@ def test_no_prediction_passes_through_a_wall_and_without_one_ahead_nothing_chang
         if walls.gap(*straight.T).min() > RADIUS + 0.1:
             assert (led.positions[row] == free.positions[row]).all()
         assert np.hypot(*np.diff(ways[0], axis=0).T).sum() <= np.hypot(*np.diff(ways[1], axis=0).T).sum() + 0.05
-
-
-def test_a_mover_beside_a_wall_walks_on_along_it():
-    path = walk(field(WALL), 0.0, 0.85, 0.8, 0.02)
-    assert path[-1, 0] == pytest.approx(0.8 * 3.6, abs=0.1)
-    assert path[:, 1].max() < 0.95
 
 
 def test_without_movers_there_is_nothing_to_lead():
