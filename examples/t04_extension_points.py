@@ -44,7 +44,7 @@ from rocs_bt.agent import Controller, RobotDevices, Runtime
 from rocs_bt.base.clock import Rate
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import Event, RuleChanged, TicketChanged
 from rocs_bt.interfaces.channel import Signals, Stamped
 from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel

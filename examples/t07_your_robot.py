@@ -29,7 +29,7 @@ DRIVER = '''
 
 from rocs_bt import Metres, Monitor, Signal
 from rocs_bt.base.units import LENGTH
-from rocs_bt.drivers.mujoco import MujocoSensor
+from rocs_bt.devices.mujoco import MujocoSensor
 
 
 class Beacon(MujocoSensor):

@@ -49,7 +49,7 @@ DRIVER = '''
 import numpy as np
 
 from rocs_bt import Seconds
-from rocs_bt.drivers.mujoco import MujocoActuator
+from rocs_bt.devices.mujoco import MujocoActuator
 
 
 class Fans(MujocoActuator):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator
+from rocs_bt.devices.isolated import DeviceMaker, IsolatedActuator
 
 MAX_AGE = 0.2  # [s] max_command_age
 HOLD = 2.5  # [s] that the leaf keeps the interpreter

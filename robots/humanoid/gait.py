@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rocs_bt.drivers.mujoco import MujocoActuator
+from rocs_bt.devices.mujoco import MujocoActuator
 
 from .legs import ANKLE, HIP, Array, joint_angles, rotation
 from .pattern import Pattern, turned

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from rocs_bt import InputError, Metres, Radians
-from rocs_bt.drivers.mujoco import MujocoSensor, Rays
+from rocs_bt.devices.mujoco import MujocoSensor, Rays
 
 
 class LayeredScan(MujocoSensor):

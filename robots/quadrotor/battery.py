@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from rocs_bt import Joules, Metres, Watts
-from rocs_bt.drivers.mujoco import MujocoSensor
+from rocs_bt.devices.mujoco import MujocoSensor
 
 AIR = 1.225  # [kg/m3] density of air at sea level
 

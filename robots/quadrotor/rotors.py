@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 
 from rocs_bt import Metres
-from rocs_bt.drivers.mujoco import MujocoActuator
+from rocs_bt.devices.mujoco import MujocoActuator
 
 GRAVITY = 9.81  # [m/s2]
 MAX_TILT = math.tan(math.radians(20.0))  # tangent of the maximum tilt that is commanded

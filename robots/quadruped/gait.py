@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rocs_bt.drivers.mujoco import MujocoActuator
+from rocs_bt.devices.mujoco import MujocoActuator
 
 from .get_up import FALLEN, GetUp
 from .legs import HIPS, Array, joint_angles

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from rocs_bt import Metres, Radians
-from rocs_bt.drivers.mujoco import MujocoSensor
-from rocs_bt.drivers.simulated import Lidar
+from rocs_bt.devices.mujoco import MujocoSensor
+from rocs_bt.devices.simulated import Lidar
 from rocs_bt.record import Fan
 
 

@@ -32,8 +32,8 @@ from ..declare import (
     place_of,
     read,
 )
-from ..drivers.simulated import DEVICES as SIMULATED
-from ..drivers.simulated import Position, declared_keys
+from ..devices.simulated import DEVICES as SIMULATED
+from ..devices.simulated import Position, declared_keys
 from ..event import EventSink
 from ..interfaces.device import Actuator
 from ..interfaces.safety import Landing, Limits, SafetyGate

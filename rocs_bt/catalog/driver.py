@@ -12,8 +12,8 @@ from ..base.registered import load, registered
 if TYPE_CHECKING:
     from ..base.clock import Rate
     from ..declare import Value
-    from ..drivers.host import Host
-    from ..drivers.isolated import ActuatorMaker
+    from ..devices.host import Host
+    from ..devices.isolated import ActuatorMaker
     from ..interfaces.device import Sensor
     from .device_spec import ActuatorSpec, SensorSpec
     from .robot_spec import RobotSpec

@@ -13,7 +13,7 @@ from ..base.python_content import classes_in, is_reference
 from ..base.registered import registered
 from ..base.toml_table import Table
 from ..declare import Open, Scope, names_of, place_of, read_root, replaced, rows_in
-from ..drivers.simulated import ACTUATORS, SENSORS
+from ..devices.simulated import ACTUATORS, SENSORS
 from ..monitor import MONITORS
 from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
 from .robot_spec import RobotSpec

@@ -42,8 +42,8 @@ from ..declare import (
     rows_in,
     values_of,
 )
-from ..drivers.body_variant import AS_MODELLED, BodyVariant
-from ..drivers.simulated import Velocity
+from ..devices.body_variant import AS_MODELLED, BodyVariant
+from ..devices.simulated import Velocity
 from ..interfaces.device import Actuator
 from ..interfaces.safety import Landing, Limits
 from .device_spec import ActuatorSpec, BlockSpec, SensorSpec

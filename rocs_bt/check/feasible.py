@@ -14,8 +14,8 @@ from ..base.geometry import Pose2
 from ..base.units import TIME
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..declare import place_of, replaced
-from ..drivers.mujoco import MujocoWorld, compose_world
-from ..drivers.mujoco.body import FLOOR, geom_labels
+from ..devices.mujoco import MujocoWorld, compose_world
+from ..devices.mujoco.body import FLOOR, geom_labels
 from ..event import NullSink
 from ..expression import Node, evaluate
 from ..expression.node import TEMPORAL_OPS

@@ -17,9 +17,9 @@ from ..base.raised import describe
 from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..declare import place_of
-from ..drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
-from ..drivers.mujoco.body import hull_outline
-from ..drivers.simulated import SimulatedActuator, SimulatedSensor
+from ..devices.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
+from ..devices.mujoco.body import hull_outline
+from ..devices.simulated import SimulatedActuator, SimulatedSensor
 from ..event import pack
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..base.errors import DeviceError
-from ..drivers.emergency_stop import WAITING
+from ..devices.emergency_stop import WAITING
 from ..event import ActuatorCommanded, Event, MotionHeld, MotionReleased
 from .play_scenario import play_scenario, scenario_options
 from .terminal import discard_if_closed, echo, show_table

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from ..simulation import ScriptedObject, ScriptedRobot, SimulatedWorld
 
 INTIMATE, PERSONAL = 0.45, 1.2

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from ..base.errors import InputError, unknown
 from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
 from ..declare import replaced
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from ..event import BodyMoved, Event, unpack
 from ..running import Run, RunOptions
 from ..simulation import SimulatedWorld

@@ -9,7 +9,7 @@ from functools import partial
 from ..base.clock import WallClock
 from ..base.errors import Fault, InputError
 from ..catalog import RobotSpec
-from ..drivers import ROS2
+from ..devices import ROS2
 from ..event import OtherPublisherFound
 from ..running.hardware_services import ServicePlace
 from ..running.preflight import PreflightTopic, SensorState

@@ -3,7 +3,7 @@
 Imported by `compare`, `check`, the command line and the pytest plugin.
 """
 
-from ..drivers.host import Host
+from ..devices.host import Host
 from .command import Control, RunCommand
 from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics

@@ -12,7 +12,7 @@ from ..base.errors import Fault, InputError, collected, located_at
 from ..base.registered import load
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
 from ..declare import Open, Place, place_of, replaced
-from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
+from ..devices.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
 from ..plan import CheckOptions, Plan, mission_actions

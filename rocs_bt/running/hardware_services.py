@@ -10,7 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 from ..base.clock import WallClock
 from ..base.registered import load, registered
 from ..catalog import RobotSpec
-from ..drivers.host import Host
+from ..devices.host import Host
 from ..event import EventSink
 from ..interfaces.device import Actuator
 from ..interfaces.safety import SafetyGate

@@ -18,10 +18,10 @@ from ..agent import Agent, RobotDevices, Runtime, ThreadedRunner
 from ..agent.lateness import load
 from ..base.clock import Rate, WallClock, wait_until
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, command_size
-from ..drivers.emergency_stop import EmergencyStop
-from ..drivers.host import Host
-from ..drivers.isolated import IsolatedActuator
-from ..drivers.last_neutral import repeat_neutral
+from ..devices.emergency_stop import EmergencyStop
+from ..devices.host import Host
+from ..devices.isolated import IsolatedActuator
+from ..devices.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..interfaces.device import Actuator
 from ..interfaces.safety import SafetyGate

@@ -14,8 +14,8 @@ import msgspec
 from ..agent import Agent
 from ..base.version import __version__
 from ..catalog import RobotSpec, ScenarioSpec
-from ..drivers.mujoco import MujocoWorld
-from ..drivers.mujoco.body import hull_outline, outlines
+from ..devices.mujoco import MujocoWorld
+from ..devices.mujoco.body import hull_outline, outlines
 from ..event import GuardInfo
 from ..expression import Environment
 from ..expression.source import source

@@ -16,7 +16,7 @@ from ..base.errors import DeviceError, interrupts
 from ..base.raised import Raised
 from ..base.words import counted
 from ..catalog import RobotSpec, SensorSpec
-from ..drivers import ROS2
+from ..devices import ROS2
 from ..interfaces.device import NOTABLE_AHEAD, Sensor
 from .signal_sources import signal_monitors, signals_read
 

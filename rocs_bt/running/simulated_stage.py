@@ -13,7 +13,7 @@ from ..agent import Agent, Runtime, ThreadedRunner
 from ..base.clock import Clock, Rate, WallClock, wait_until
 from ..base.errors import Fault
 from ..catalog import Catalog, ScenarioSpec
-from ..drivers.mujoco import Contact
+from ..devices.mujoco import Contact
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
 from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from ..record.header import BodyLink, BodyShape
 from .robot_links import DRAWN_GROUPS, Matrix, RobotLinks, matrix_of
 
@@ -75,7 +75,7 @@ def _shape(model: Any, geom: int, link: int, there: Matrix) -> BodyShape:
 
 
 def _placed(matrix: Matrix) -> dict[str, tuple[float, ...]]:
-    from ..drivers.mujoco.library import mujoco
+    from ..devices.mujoco.library import mujoco
 
     turn = np.zeros(4)
     mujoco.mju_mat2Quat(turn, np.ascontiguousarray(matrix[:3, :3]).ravel())

@@ -6,8 +6,8 @@ import math
 from collections.abc import Collection, Iterable
 
 from ..base.geometry import Pose2, Pose3, wrap_angle
-from ..drivers.mujoco import MujocoWorld
-from ..drivers.mujoco.nearness import Among
+from ..devices.mujoco import MujocoWorld
+from ..devices.mujoco.nearness import Among
 from ..event import EventSink, MinClearanceLowered
 
 AMONG: tuple[Among, ...] = ("obstacles", "robots")

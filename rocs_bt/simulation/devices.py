@@ -17,9 +17,9 @@ from ..catalog import (
 )
 from ..catalog.driver import registered_driver
 from ..declare import constructor_fields, read_arguments, read_values
-from ..drivers.host import Host
-from ..drivers.isolated import DeviceMaker, IsolatedActuator
-from ..drivers.simulated import SimulatedActuator, SimulatedSensor
+from ..devices.host import Host
+from ..devices.isolated import DeviceMaker, IsolatedActuator
+from ..devices.simulated import SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
 
 
@@ -51,7 +51,7 @@ def simulated_device(
                 robot.file,
                 device.line,
                 hint=f"To drive a real robot: rocs-bt drive SCENARIO. To simulate this one extend "
-                f"rocs_bt.drivers.mujoco.{wanted.__name__.replace('Simulated', 'Mujoco')}.",
+                f"rocs_bt.devices.mujoco.{wanted.__name__.replace('Simulated', 'Mujoco')}.",
             )
         )
     with located_at(robot.file, device.line), running_class(cls):

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..base.geometry import Pose2
-from ..drivers.mujoco import MujocoSensor, MujocoWorld
+from ..devices.mujoco import MujocoSensor, MujocoWorld
 from ..interfaces.device import Reading, Sensor
 
 _RINGS = (0.0, 0.5, 0.99)  # radii of the rings of tried positions, as shares of the goal's tolerance

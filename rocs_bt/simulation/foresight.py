@@ -11,8 +11,8 @@ import numpy as np
 
 from ..base.geometry import Pose2
 from ..control.prediction import Prediction
-from ..drivers.mujoco import MujocoWorld
-from ..drivers.mujoco.ghost import GhostWorld
+from ..devices.mujoco import MujocoWorld
+from ..devices.mujoco.ghost import GhostWorld
 from ..knowledge import Movers, WorldModel
 from ..knowledge.signals import Array
 from .scripted_object import ScriptedObject

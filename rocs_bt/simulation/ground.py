@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..catalog import GroundSpec, ScenarioSpec
-from ..drivers.mujoco.terrain import GroundPiece
+from ..devices.mujoco.terrain import GroundPiece
 from ..record.header import Outline
 from .random_streams import GROUND, stream
 

@@ -6,7 +6,7 @@ import threading
 
 from ..base.clock import WallClock
 from ..base.errors import BlockError
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 
 _FORGIVE = 0.25  # [s] delay above which physics skips the lost time instead of catching up
 

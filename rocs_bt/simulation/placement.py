@@ -11,7 +11,7 @@ import numpy as np
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, wrap_angle
 from ..declare import place_of
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from .random_streams import START, stream
 
 _SAMPLES = 20  # number of sampled poses, all in collision, after which a start counts as impossible

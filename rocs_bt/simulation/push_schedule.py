@@ -6,7 +6,7 @@ import math
 
 from ..catalog import PushSpec, ScenarioSpec
 from ..declare import replaced
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from ..event import EventSink, RobotPushed
 from .random_streams import push_of, stream
 

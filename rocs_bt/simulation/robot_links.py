@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.geometry import Pose3
-from ..drivers.mujoco import DriverWorld, Motors
-from ..drivers.mujoco.body import collides, find_bodies
+from ..devices.mujoco import DriverWorld, Motors
+from ..devices.mujoco.body import collides, find_bodies
 
 Matrix = npt.NDArray[np.float64]
 """Pose as a homogeneous matrix, shape (4, 4)."""
@@ -207,7 +207,7 @@ def _moved(joint: Joint, value: float) -> Matrix:
 
 def matrix_of(position: Any, quaternion: Any = (1.0, 0.0, 0.0, 0.0)) -> Matrix:
     """Homogeneous matrix of a position [m] and a quaternion (w, x, y, z)."""
-    from ..drivers.mujoco.library import mujoco
+    from ..devices.mujoco.library import mujoco
 
     turn, found = np.zeros(9), np.eye(4)
     mujoco.mju_quat2Mat(turn, np.asarray(quaternion, np.float64))

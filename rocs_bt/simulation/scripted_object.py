@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..base.geometry import Pose2
-from ..drivers.mujoco import MujocoWorld, Near
+from ..devices.mujoco import MujocoWorld, Near
 
 Vector = tuple[float, float]
 

@@ -19,7 +19,7 @@ from ..base.geometry import Pose2, wrap_angle
 from ..base.units import NOT_NEGATIVE, POSITIVE, Bounds, Kilograms, Metres, PositiveSeconds, Radians, Seconds
 from ..catalog import ActorSpec
 from ..declare import Value, Wrong
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from .people import Leg, Polynomial, SocialForce
 from .scripted_object import ScriptedObject, Vector
 

@@ -15,7 +15,7 @@ from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveSeconds,
 from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
 from ..declare import Value, Wrong, has_key
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from ..interfaces.safety import SafetyGate
 
 

@@ -25,8 +25,8 @@ from ..catalog import (
     running_class,
 )
 from ..declare import place_of
-from ..drivers.mujoco import FreeObject, MujocoWorld, RobotInstance, SensorMount, compile_model
-from ..drivers.simulated import Odometer, PoseSensor, Velocity, WheelTravel
+from ..devices.mujoco import FreeObject, MujocoWorld, RobotInstance, SensorMount, compile_model
+from ..devices.simulated import Odometer, PoseSensor, Velocity, WheelTravel
 from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..interfaces.safety import SafetyGate

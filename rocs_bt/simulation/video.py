@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ..base.errors import Fault, InputError
 from ..base.files import check_writable, write_whole
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 
 _DRAWN_GROUPS = 3
 """Number of groups of geoms that MuJoCo draws by default: 0, 1 and 2."""
@@ -121,7 +121,7 @@ class _Camera:
     """MuJoCo's classic renderer with a separate OpenGL context."""
 
     def __init__(self, world: MujocoWorld, size: tuple[int, int], follow: str) -> None:
-        from ..drivers.mujoco.library import mujoco
+        from ..devices.mujoco.library import mujoco
 
         body = world.body(follow) if follow else None
         self._mj, self._world, self._size, self._follow = mujoco, world, size, follow

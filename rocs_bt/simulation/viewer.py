@@ -8,7 +8,7 @@ import sys
 from types import TracebackType
 
 from ..base.errors import Fault, InputError
-from ..drivers.mujoco import MujocoWorld
+from ..devices.mujoco import MujocoWorld
 from .pace import Pace
 
 

@@ -13,8 +13,8 @@ from ..base.clock import Clock, Rate
 from ..base.errors import DeviceError, InputError
 from ..base.geometry import Pose2
 from ..catalog import ActuatorSpec, RobotSpec, SensorSpec, load_class
-from ..drivers.simulated import MailboxSensor, RangeCone, SimulatedActuator, SimulatedSensor, Velocity
-from ..drivers.simulated.flat import FlatRobot, FlatWorld
+from ..devices.simulated import MailboxSensor, RangeCone, SimulatedActuator, SimulatedSensor, Velocity
+from ..devices.simulated.flat import FlatRobot, FlatWorld
 from ..event import EventSink
 from ..interfaces.device import Reading, Sensor
 from ..interfaces.safety import SafetyGate

@@ -11,8 +11,8 @@ from rocs_bt import run
 from rocs_bt.agent import Agent, RobotDevices, Runtime
 from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.catalog import Catalog, RobotSpec, ScenarioSpec
-from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.drivers.simulated.flat import FlatWorld
+from rocs_bt.devices.mujoco import MujocoWorld
+from rocs_bt.devices.simulated.flat import FlatWorld
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
 from rocs_bt.running.build_agents import build_agents

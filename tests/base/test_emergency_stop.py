@@ -8,8 +8,8 @@ import pytest
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import ActuatorError, DeviceError
-from rocs_bt.drivers.emergency_stop import EmergencyStop
-from rocs_bt.drivers.host import Host
+from rocs_bt.devices.emergency_stop import EmergencyStop
+from rocs_bt.devices.host import Host
 from rocs_bt.event import ListSink, MotionHeld, MotionReleased
 from rocs_bt.interfaces.device import Actuator
 from rocs_bt.interfaces.safety import Limits, SafetyGate

@@ -21,7 +21,7 @@ signal = "temperature"
 monitor = "sensors.py:Warmth"
 """
 SENSORS = """from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import MujocoSensor
+from rocs_bt.devices.mujoco import MujocoSensor
 from rocs_bt.base.units import LENGTH
 
 

@@ -8,7 +8,7 @@ CODE = """\
 from dataclasses import dataclass
 
 from rocs_bt import AtomicAction, Monitor, Progress, Signal
-from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
+from rocs_bt.devices.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.plan import Mission
 from rocs_bt.base.units import LENGTH
 

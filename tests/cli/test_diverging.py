@@ -18,7 +18,7 @@ force = { forward = "100000 N" }
 duration = "60 s"
 """
 WARNED = """
-from rocs_bt.drivers.mujoco.library import mujoco
+from rocs_bt.devices.mujoco.library import mujoco
 model = mujoco.MjModel.from_xml_string(
     "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
     "<actuator><motor joint='j'/></actuator></mujoco>"

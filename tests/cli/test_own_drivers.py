@@ -8,7 +8,7 @@ import pytest
 
 DRIVER = """\
 from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
+from rocs_bt.devices.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
 
 
@@ -96,7 +96,7 @@ def test_keys_are_fields_in_si_units(beacon, rocs_bt):
 def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt):
     folder = project / "robots" / "rover"
     (folder / "deaf.py").write_text("""\
-from rocs_bt.drivers.simulated import RangeCone
+from rocs_bt.devices.simulated import RangeCone
 
 
 class Deaf(RangeCone):

@@ -150,7 +150,7 @@ def test_scripted_robots_have_their_robots_own_drivers(project, rocs_bt):
     edit(project, ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
     edit(project, SCENARIO, "[[agent]]", ACTOR + "[[agent]]")
     (project / "robots" / "rover" / "own.py").write_text(
-        "from rocs_bt.drivers.simulated import Velocity\n\n\n"
+        "from rocs_bt.devices.simulated import Velocity\n\n\n"
         "class Loud(Velocity):\n"
         "    def command(self, values):\n"
         "        super().command(values)\n"

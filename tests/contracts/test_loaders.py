@@ -20,7 +20,7 @@ from rocs_bt.base.errors import InputError, RecordingError, RocsError
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
 from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.check.xml_mission import read_palettes
-from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.devices.mujoco import compose_world
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import SCHEMA as KNOWN

@@ -11,11 +11,11 @@ import pytest
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
-from rocs_bt.drivers.simulated import ACTUATORS, SENSORS, Velocity
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
+from rocs_bt.devices.simulated import ACTUATORS, SENSORS, Velocity
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.interfaces.message import ReceivedMessage
-from tests.devices import keys
+from tests.made_devices import keys
 
 ROBOT = Catalog().load_robot("pioneer_p3dx")
 SITES = tuple(f"sonar{i}" for i in range(16))

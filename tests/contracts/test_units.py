@@ -19,7 +19,7 @@ from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
 from rocs_bt.declare import Field, fields_of, read_arguments
-from rocs_bt.drivers.simulated import ACTUATORS, SENSORS
+from rocs_bt.devices.simulated import ACTUATORS, SENSORS
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
 from rocs_bt.plan import mission_parameters

@@ -13,7 +13,7 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
 from rocs_bt.declare import Keys, Rest, Value, fields_of
-from rocs_bt.drivers.simulated import ACTUATORS, SENSORS, declared_keys
+from rocs_bt.devices.simulated import ACTUATORS, SENSORS, declared_keys
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor

@@ -12,7 +12,7 @@ import rocs_bt
 from rocs_bt.base.errors import BlockError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.devices.mujoco import MujocoWorld
 from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, OutcomeDecided
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.record import Recording

@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.simulated import RobotSensor
+from rocs_bt.devices.simulated import RobotSensor
 from rocs_bt.event import BodyMoved, Change, ContactBegan, ListSink, TicketChanged
 from rocs_bt.interfaces.device import Reading
 from rocs_bt.record import Recording, Summary

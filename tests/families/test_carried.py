@@ -17,7 +17,7 @@ from rocs_bt.catalog import ActorSpec
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.declare import fields_of
-from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
+from rocs_bt.devices.mujoco import MujocoWorld, compose_world
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world, make_scripted_object
 from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS

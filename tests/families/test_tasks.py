@@ -17,7 +17,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Building, TaskFamily, load_family
 from rocs_bt.compare.building import Route
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.devices.mujoco import compose_world
 from rocs_bt.search.space import SearchSpace
 from rocs_bt.simulation import Goal, Judge
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import SensorSpec
 from rocs_bt.declare import Open
-from rocs_bt.drivers.simulated import declared_keys
+from rocs_bt.devices.simulated import declared_keys
 from rocs_bt.event import Change, SensorFailed
 from rocs_bt.monitor import MotionMonitor, PoseMonitor
 from rocs_bt.monitor.jump import FACTOR, JumpDetector

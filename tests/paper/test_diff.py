@@ -95,8 +95,8 @@ def test_a_robot_with_ros_2_differs_from_the_simulated_one_only_in_its_drivers(c
         {"what": "robot", "first": "pioneer_p3dx", "second": "pioneer_p3dx_ros2"}
     ]
     code = {row["kind"]: row for row in found["code"] if row["changed"] or row["first"] or row["second"]}
-    assert set(code) == {"drivers", "ros2"}
-    assert code["drivers"]["second"] == code["ros2"]["first"] == []
+    assert set(code) == {"devices", "ros2"}
+    assert code["devices"]["second"] == code["ros2"]["first"] == []
     assert {"ActuatorNode", "SensorNode"} <= set(code["ros2"]["second"])
     differing = {row["kind"] for row in found["content"] if row["changed"] or row["first"] or row["second"]}
     assert differing == {"scenario", "robot"}

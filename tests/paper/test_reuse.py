@@ -70,14 +70,14 @@ def test_what_only_exp2_is_made_of_is_chosen_by_robot_toml_and_by_the_scenarios_
         "actions",
         "analyze",
         "control",
-        "drivers",
+        "devices",
         "monitor",
     }
     assert not any(share.first for share in code.values()), "what EXP1 is made of, EXP2 is made of too"
     assert code["actions"].second in ((), ("TurnTo",))  # `facing`
     assert set(code["analyze"].second) <= named_by_robot("summit_xl")
     assert named_by_robot("summit_xl") & set(code["monitor"].second)
-    assert "RobotSensor" in code["drivers"].second
+    assert "RobotSensor" in code["devices"].second
 
 
 def test_exp2_to_exp3_changes_r3s_mission_alone():

@@ -9,10 +9,10 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import KnowledgeChanged, ListSink
 from rocs_bt.plan import xml_mission
-from tests.devices import make_device
+from tests.made_devices import make_device
 
 DRIVE = make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 GIVEN = {"capacity": 1000.0, "idle_power": 10.0, "motion_power": 20.0, "charge_power": 110.0, "charge": 0.5}

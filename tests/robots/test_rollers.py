@@ -11,8 +11,8 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from tests.devices import make_device
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.made_devices import make_device
 
 ROBOTS = ["robotino", "rosbot_xl"]
 TWISTS = [

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.geometry import Pose2, Twist2
-from rocs_bt.drivers.mujoco import RobotInstance, compose_world
+from rocs_bt.devices.mujoco import RobotInstance, compose_world
 from tests.robots.walker import CATALOG, STEP, Walker
 
 

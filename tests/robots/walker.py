@@ -9,8 +9,8 @@ import numpy as np
 
 from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from tests.devices import make_device
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.made_devices import make_device
 
 CATALOG = Catalog()
 STEP = 0.005  # [s]

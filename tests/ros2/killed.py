@@ -161,7 +161,7 @@ def is_held_and_goes_on(counterpart: Callable[..., RobotProcess], folder: Path, 
 
     However late the publisher is continued here, it is not killed.
     """
-    patient = "from rocs_bt.drivers.isolated import silence\nsilence.HUNG = 1e9\n"
+    patient = "from rocs_bt.devices.isolated import silence\nsilence.HUNG = 1e9\n"
     with driven(counterpart, folder, transport, *HOLDS, real_time=False, first=patient) as robot:
         publisher = robot.publisher
         publisher.suspend()

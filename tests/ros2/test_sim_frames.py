@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.simulated import Gyro, Lidar, Orientation, Position, RangeCone, WheelSpeed
+from rocs_bt.devices.simulated import Gyro, Lidar, Orientation, Position, RangeCone, WheelSpeed
 from rocs_bt.interfaces.device import Reading
 from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
 from rocs_bt.ros2.messages.topics import RANGE, SCAN

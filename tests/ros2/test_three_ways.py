@@ -72,7 +72,7 @@ def test_only_the_tables_of_drivers_differ(catalog):
 def test_the_diff_shows_only_other_drivers(catalog):
     found = diff(*(catalog.load_scenario(name) for name in ("simulated", "real")), catalog)
     assert [share.kind for share in found.content if not share.same] == ["scenario", "robot"]
-    assert [share.kind for share in found.code if not share.same] == ["drivers", "ros2"]
+    assert [share.kind for share in found.code if not share.same] == ["devices", "ros2"]
     assert {setting.what for setting in found.settings if not setting.same} == set()
     assert [robot.differing() for robot in found.robots] == [("robot",), ()]
 

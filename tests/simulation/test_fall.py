@@ -10,7 +10,7 @@ from rocs_bt.base.errors import UnknownName
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import load_robot
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.event import ListSink, OutcomeDecided
 from rocs_bt.running import Episode, SimulatedStage
 from rocs_bt.simulation import build_world

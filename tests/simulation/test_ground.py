@@ -13,7 +13,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec
 from rocs_bt.check import check_scenario
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.devices.mujoco import MujocoWorld
 from rocs_bt.event import ListSink
 from rocs_bt.simulation import build_world
 

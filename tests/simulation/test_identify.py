@@ -285,7 +285,7 @@ from collections import deque
 
 import numpy as np
 
-from rocs_bt.drivers.mujoco import MujocoActuator
+from rocs_bt.devices.mujoco import MujocoActuator
 
 
 class Hover(MujocoActuator):

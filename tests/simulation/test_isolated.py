@@ -100,7 +100,7 @@ def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
 
 LATE = "the process of actuator wheels is late: the machine is busy, its driver waits, or it was stopped (load "
 PATIENT = """
-from rocs_bt.drivers.isolated import silence
+from rocs_bt.devices.isolated import silence
 silence.HUNG = 1e9
 """
 # For the link all time is time in which the process waits for a processor.

@@ -9,7 +9,7 @@ import pytest
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.catalog import Catalog
 from rocs_bt.declare import replaced
-from rocs_bt.drivers.simulated import PoseSensor
+from rocs_bt.devices.simulated import PoseSensor
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world
 

@@ -11,7 +11,7 @@ import pytest
 from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
-from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.devices.mujoco import MujocoWorld
 from rocs_bt.event import NullSink
 from rocs_bt.running import RunOptions
 from rocs_bt.simulation import build_world

@@ -37,7 +37,7 @@ MODEL = """<mujoco model="drone">
 
 DRIVER = """
 from rocs_bt import Monitor, Signal
-from rocs_bt.drivers.mujoco import MujocoActuator, MujocoSensor
+from rocs_bt.devices.mujoco import MujocoActuator, MujocoSensor
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 
 

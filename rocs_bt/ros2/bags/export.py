@@ -139,7 +139,7 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
     """Joints by motor, from the robot's model."""
     if robot.model is None:
         return {}
-    from ...drivers.mujoco.compose import read_model
+    from ...devices.mujoco.compose import read_model
 
     try:
         model = read_model(robot.model)

@@ -14,7 +14,7 @@ from ...base.clock import Rate, SimulatedClock
 from ...base.errors import DeviceError, Fault, InputError, RecordingError
 from ...base.words import listed
 from ...catalog import Catalog, RateSpec, RobotSpec, SensorSpec
-from ...drivers.host import Host
+from ...devices.host import Host
 from ...event import BodyMoved, EventSink, OutcomeDecided
 from ...plan import Mission, Plan
 from ...record import AgentInfo, Recording, RunHeader

@@ -10,7 +10,7 @@ from typing import Any
 from ... import event as ev
 from ...base.geometry import Pose3
 from ...catalog import RobotSpec, SensorSpec
-from ...drivers.simulated import Lidar, RangeCone
+from ...devices.simulated import Lidar, RangeCone
 from ...record import BodyInfo
 from ..devices.parameters import Ros2SensorParameters
 from ..messages.names import BASE, MAP

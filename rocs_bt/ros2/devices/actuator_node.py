@@ -10,8 +10,8 @@ from typing import Any
 
 from ...base.errors import DeviceError
 from ...control.locomotion import Locomotion
-from ...drivers.host import Host
-from ...drivers.last_neutral import repeat_neutral
+from ...devices.host import Host
+from ...devices.last_neutral import repeat_neutral
 from ...interfaces.device import Actuator
 from ..network.node import RosNode
 from ..network.transport import Transport

@@ -11,7 +11,7 @@ from .parameters import Ros2ActuatorParameters, Ros2SensorParameters
 if TYPE_CHECKING:
     from ...base.clock import Rate
     from ...catalog import ActuatorSpec, RobotSpec, SensorSpec
-    from ...drivers.host import Host
+    from ...devices.host import Host
     from .actuator_node import ActuatorNodeMaker
     from .sensor_node import SensorNode
 

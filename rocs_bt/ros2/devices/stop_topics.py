@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from ...base.errors import DeviceError
-from ...drivers.host import Host
+from ...devices.host import Host
 from ..network.node import RosNode
 from ..network.qos import QoS
 from ..network.transport import Sample

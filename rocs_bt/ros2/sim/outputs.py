@@ -14,7 +14,7 @@ from ...agent import RobotDevices
 from ...base.clock import Rate
 from ...base.geometry import Pose3
 from ...control.locomotion import Locomotion
-from ...drivers.simulated import (
+from ...devices.simulated import (
     Gyro,
     Lidar,
     MailboxSensor,

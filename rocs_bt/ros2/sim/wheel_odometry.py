@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...base.geometry import Pose2, Pose3, Twist3, along_arc
 from ...control.locomotion import Locomotion
-from ...drivers.simulated import WheelSpeed, WheelTravel
+from ...devices.simulated import WheelSpeed, WheelTravel
 from ..messages.fields import UNMEASURED
 
 EXACT = 1e-6

@@ -2,7 +2,7 @@
 
 from rocs_bt import Analyze, Monitor, Signal
 from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
-from rocs_bt.drivers.mujoco import MujocoSensor
+from rocs_bt.devices.mujoco import MujocoSensor
 
 
 class Thermometer(MujocoSensor):

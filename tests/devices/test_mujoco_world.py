@@ -17,8 +17,8 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from rocs_bt.drivers.mujoco.body import hull_outline, outlines
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.mujoco.body import hull_outline, outlines
 
 MakeWorld = Callable[..., MujocoWorld]
 
@@ -150,7 +150,7 @@ import hashlib, sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from rocs_bt.catalog import load_robot
-from rocs_bt.drivers.mujoco import RobotInstance, compose_world
+from rocs_bt.devices.mujoco import RobotInstance, compose_world
 from rocs_bt.base.geometry import Pose2
 p3dx = load_robot(Path({robot!r}))
 world = compose_world(Path({arena!r}), [RobotInstance("R2", p3dx.model), RobotInstance("R1", p3dx.model)])

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from tests.devices import sensor_mount
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.made_devices import sensor_mount
 
 ROOT = Path(__file__).parents[2]
 

@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from rocs_bt.base.errors import ActuatorError, DeviceError, InputError
-from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator, silence
+from rocs_bt.devices.isolated import DeviceMaker, IsolatedActuator, actuator, silence
 
 from ..isolated import WHEELS, linked
 from ..waiting import until

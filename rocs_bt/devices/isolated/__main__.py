@@ -1,4 +1,4 @@
-"""Entry point of the process of an isolated actuator: `python -m rocs_bt.drivers.isolated DESCRIPTOR`."""
+"""Entry point of the process of an isolated actuator: `python -m rocs_bt.devices.isolated DESCRIPTOR`."""
 
 import sys
 

@@ -11,8 +11,8 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import shipped_root
 from rocs_bt.check import check_content
-from rocs_bt.drivers.mujoco import compose_world, mjcf
-from rocs_bt.drivers.mujoco.mjcf import examine_model
+from rocs_bt.devices.mujoco import compose_world, mjcf
+from rocs_bt.devices.mujoco.mjcf import examine_model
 
 BALL = '<geom size="0.1"/>'
 

@@ -13,8 +13,8 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from tests.devices import make_device, sensor_mount
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from tests.made_devices import make_device, sensor_mount
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 MOTORS = ["front_left_motor", "front_right_motor", "rear_left_motor", "rear_right_motor"]

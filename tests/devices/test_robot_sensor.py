@@ -15,9 +15,9 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
-from tests.devices import make_device
+from rocs_bt.devices.mujoco import MujocoWorld
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
+from tests.made_devices import make_device
 
 MakeWorld = Callable[..., MujocoWorld]
 NOBODY = [0.0, math.inf, 0.0]

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.drivers.isolated import silence
-from rocs_bt.drivers.isolated.silence import GRACE, HUNG, TICK, Silence
+from rocs_bt.devices.isolated import silence
+from rocs_bt.devices.isolated.silence import GRACE, HUNG, TICK, Silence
 
 from .. import needs
 from ..awake import one_processor

@@ -11,11 +11,11 @@ import pytest
 from rocs_bt.base.errors import DeviceError, InputError, UnknownName
 from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.devices.mujoco import MujocoWorld
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Actuator
 from rocs_bt.interfaces.safety import SafetyGate
-from tests.devices import make_device
+from tests.made_devices import make_device
 
 MakeWorld = Callable[..., MujocoWorld]
 

@@ -19,10 +19,10 @@ from rocs_bt.base.geometry import Pose2, Pose3
 from rocs_bt.base.units import Metres
 from rocs_bt.catalog import RobotSpec, load_robot
 from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
-from rocs_bt.drivers.mujoco import MujocoSensor, MujocoWorld, RobotInstance, compose_world
-from rocs_bt.drivers.simulated import RangeCone
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
-from tests.devices import make_device, sensor_mount
+from rocs_bt.devices.mujoco import MujocoSensor, MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.simulated import RangeCone
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
+from tests.made_devices import make_device, sensor_mount
 
 from .conftest import EMPTY, ROOT
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rocs_bt.base.clock import WallClock
-from rocs_bt.drivers.host import Host
+from rocs_bt.devices.host import Host
 
 
 class Line:

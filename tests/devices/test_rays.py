@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from rocs_bt.drivers.mujoco.rays import MANY, Rays
+from rocs_bt.devices.mujoco.rays import MANY, Rays
 
 BEARINGS = np.linspace(-math.pi, math.pi, 500, endpoint=False)
 

@@ -15,9 +15,9 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
-from tests.devices import make_device, sensor_mount
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
+from tests.made_devices import make_device, sensor_mount
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 GIVEN = {"site": "lidar", "rays": 181, "span": math.radians(270.0), "range": [0.06, 10.0]}

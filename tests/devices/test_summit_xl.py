@@ -10,9 +10,9 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.interfaces.device import Actuator
-from tests.devices import make_device, sensor_mount
+from tests.made_devices import make_device, sensor_mount
 
 ROOT = Path(__file__).parents[2]
 BASE, TRACK = 0.446, 0.408  # [m] between axles, between wheels

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from rocs_bt.declare import checked
-from rocs_bt.drivers.mujoco import SensorMount
-from rocs_bt.drivers.simulated import ACTUATORS, SENSORS
+from rocs_bt.devices.mujoco import SensorMount
+from rocs_bt.devices.simulated import ACTUATORS, SENSORS
 
 
 def sensor_mount(name: str, driver: str | type[Any], parameters: Mapping[str, Any]) -> SensorMount:

@@ -14,13 +14,13 @@ from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.declare import checked
-from rocs_bt.drivers.replay import ReplayActuator, replay_sensors
-from rocs_bt.drivers.simulated import RangeCone
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
+from rocs_bt.devices.replay import ReplayActuator, replay_sensors
+from rocs_bt.devices.simulated import RangeCone
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.interfaces.safety import Limits, SafetyGate
 from rocs_bt.testing.mock_agent import MockSensor
-from tests.devices import make_device
+from tests.made_devices import make_device
 
 DRIVE = make_locomotion("differential", wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}

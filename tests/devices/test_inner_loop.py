@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.errors import ActuatorError, DeviceError, UnknownName
-from rocs_bt.drivers.mujoco import MujocoActuator, MujocoWorld, RobotInstance, compose_world
+from rocs_bt.devices.mujoco import MujocoActuator, MujocoWorld, RobotInstance, compose_world
 from rocs_bt.interfaces.safety import Limits, SafetyGate
-from tests.devices import make_device
+from tests.made_devices import make_device
 
 CRANE = """<mujoco model="crane">
   <compiler angle="radian" autolimits="true"/>

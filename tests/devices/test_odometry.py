@@ -12,9 +12,9 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.drivers.simulated.flat import FlatRobot, FlatWorld
-from tests.devices import make_device
+from rocs_bt.devices.mujoco import MujocoWorld
+from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
+from tests.made_devices import make_device
 
 MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
 ODOMETER = {**MOTORS, "counts": 1000}
