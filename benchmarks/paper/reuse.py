@@ -27,6 +27,7 @@ from rocs_bt.catalog import (
     command_size,
     content_hash,
 )
+from rocs_bt.catalog.driver import registered_driver
 from rocs_bt.event import EventSink, NullSink
 from rocs_bt.interfaces.device import Actuator, Sensor
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
@@ -248,8 +249,7 @@ def _unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -
 
 def _device_class(catalog: Catalog, robot: RobotSpec, spec: SensorSpec | ActuatorSpec, ros2: type) -> Any:
     """Class of a device; `ros2` for the registered driver."""
-    make = hardware_driver(catalog, robot, spec).make
-    return ros2 if isinstance(make, str) else make
+    return ros2 if registered_driver(spec.driver) else hardware_driver(catalog, robot, spec)[0]
 
 
 def _unopened(cls: Any, *names: str) -> Any:

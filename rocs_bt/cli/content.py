@@ -32,7 +32,12 @@ def open_recording(run: Path) -> Recording:
     opened = click.get_current_context().meta.setdefault("rocs_bt.recordings", {})  # a command may open it twice
     if run not in opened:
         opened[run] = recording = Recording.open(run)
-        click.get_current_context().call_on_close(lambda: recording.missing and echo(recording.missing, err=True))
+
+        def missing() -> None:
+            if recording.missing:
+                echo(recording.missing, err=True)
+
+        click.get_current_context().call_on_close(missing)
     return cast("Recording", opened[run])
 
 

@@ -325,6 +325,18 @@ class TestProject:
         'class Mine(Instant):\n    """Mine."""\n    def update(self):\n        return SUCCESS\n'
     )
 
+    def test_a_file_with_a_class_is_all_it_takes(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        mind.mission.content = Catalog(tmp_path)
+        assert Tree(mind.mission.node("Mine")).tick() is SUCCESS
+
+    def test_two_of_one_name_clash(self, mind, tmp_path):
+        self.write(tmp_path, "nodes/mine.py", self.NODE)
+        self.write(tmp_path, "nodes/other.py", self.NODE)
+        mind.mission.content = Catalog(tmp_path)
+        with pytest.raises(InputError, match="two nodes are named 'Mine'"):
+            mind.mission.node("Mine")
+
     def test_a_route_of_a_project(self, mind, tmp_path):
         route = '"""A way."""\nfrom rocs_bt.plan import RoutePlanner\n{}'
         method = "    def route(self, start, goal, clearance):\n        return [start[:2], goal[:2]]\n"

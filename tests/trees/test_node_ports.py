@@ -80,6 +80,20 @@ class TestSubTrees:
     def make(self, child, **attributes):
         return BUILTIN.make("SubTree", "sub", [child], attributes)
 
+    @pytest.mark.parametrize(("given", "value"), [("7", 7), ("1.5", 1.5), ("home", "home")])
+    def test_a_literal_is_a_value_of_its_own(self, given, value):
+        inner = BUILTIN.make("Script", "s", [], {"code": "@seen := goal"})
+        tree = Tree(self.make(inner, goal=given, _autoremap="true"))
+        tree.tick()
+        assert tree.board["seen"] == value
+        assert "goal" not in tree.board
+
+    def test_its_own_conditions_are_asked_on_the_board_outside(self):
+        inner = BUILTIN.make("AlwaysFailure", "f", [], {})
+        tree = Tree(self.make(inner, _successIf="x == 1"))
+        tree.board["x"] = 1
+        assert tree.tick() is SUCCESS
+
     def test_paths_are_those_of_the_cpp_engine(self):
         inner = BUILTIN.make("Sequence", "Sequence", [Greet("hi", who="a"), Greet("", who="b")], {})
         tree = Tree(BUILTIN.make("Inverter", "not", [self.make(inner, ID="T")], {}))

@@ -12,7 +12,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence as StockSequence
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.trees.nodes import BUILTIN, Instant, Leaf, Tree
+from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, Instant, Leaf, Tree
 from rocs_bt.trees.status import IDLE, SUCCESS
 
 
@@ -39,6 +39,17 @@ class TestTraps:
         assert tree.settle() is SUCCESS
         assert len(bench.log) == 3
 
+    def test_skipped_is_told_and_never_stored(self, bench):
+        root = bench.leaf("A", "S", _skipIf="true")
+        assert bench.tree(root).tick() == "SKIPPED"
+        assert root.status is IDLE
+
+    def test_post_runs_on_no_halt(self, bench):
+        bench.tree(bench.leaf("A", "R", _post="n += 1", _onHalted="h += 1"), n=0, h=0)
+        bench.tick()
+        bench.built.halt()
+        assert bench.built.board.texts() == {"h": "1", "n": "0"}
+
     def test_precondition_is_not_asked_while_the_child_is_under_way(self, bench):
         bench.of("Precondition", "RRS", if_="x == 1", else_="RUNNING")
         bench.built.board["x"] = 0
@@ -58,7 +69,50 @@ class TestTraps:
             bench.of(tag, "K", "S", "S").tick()
 
 
+class TestConditions:
+    def test_they_are_asked_in_this_order(self, bench):
+        every = dict.fromkeys(CONDITIONS[:4], "true")
+        assert bench.tree(bench.leaf("A", "S", **every)).tick() == "FAILURE"
+        del every["_failureIf"]
+        assert bench.tree(bench.leaf("A", "S", **every)).tick() == "SUCCESS"
+
+    def test_only_while_is_asked_of_a_node_that_runs(self, bench):
+        bench.tree(bench.leaf("A", "R", _failureIf="x > 0", _while="x < 2"), x=0)
+        assert bench.tick() == "RUNNING A.start=R"
+        bench.built.board["x"] = 1
+        assert bench.tick() == "RUNNING A.run=R"
+        bench.built.board["x"] = 2
+        assert bench.tick() == "SKIPPED A.halt"
+
+    def test_after_it_has_ended(self, bench):
+        told = {"_onSuccess": "t += 's'", "_onFailure": "t += 'f'", "_post": "t += 'p'"}
+        for letter in "SFRK":
+            bench.tree(bench.leaf("A", letter, **told), t="")
+            bench.tick()
+            assert bench.built.board["t"] == {"S": "sp", "F": "fp"}.get(letter, "")
+
+    def test_also_when_a_pre_condition_decided(self, bench):
+        bench.tree(bench.leaf("A", "R", _failureIf="true", _onFailure="n += 1", _post="n += 1"), n=0)
+        assert bench.tick() == "FAILURE"
+        assert bench.built.board["n"] == 2
+
+
 class TestHalts:
+    def test_each_running_node_is_halted_once_children_first(self, bench):
+        told = {"_onHalted": "t += '{}'"}
+
+        def mark(name):
+            return {key: value.format(name) for key, value in told.items()}
+
+        inner = bench.node("Inverter", bench.leaf("A", "R", **mark("a")), **mark("i"))
+        root = bench.node("Parallel", inner, bench.leaf("B", "R", **mark("b")), bench.leaf("C", "S"), **mark("p"))
+        bench.tree(root, t="")
+        bench.tick()
+        bench.built.halt()
+        bench.built.halt()
+        assert bench.built.board["t"] == "aibp"
+        assert bench.log == ["A.start=R", "B.start=R", "C.start=S", "A.halt", "B.halt"]
+
     @pytest.mark.parametrize("tag", ["SkipUnlessUpdated", "WaitValueUpdate"])
     def test_what_waits_for_a_key_halts_its_child_too(self, bench, tag):
         """Theirs leaves it running."""
