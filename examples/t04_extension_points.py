@@ -4,7 +4,7 @@
 # ///
 """Fill every extension point of the architecture (paper, 5.3) with a class of your own.
 
-A robot shuttles along a corridor, on the mock driver and without physics. It drives until its Analyze block reports a
+A robot shuttles along a corridor, in a flat world without physics. It drives until its Analyze block reports a
 near wall, then turns round; it rests when its battery is low. Its reflex backs off from an obstacle that is too close
 to wait for the plan, here a closing door. Only Pipeline, Execute and Knowledge are shipped classes.
 

@@ -23,7 +23,7 @@ PEERS = {
         "back": 0.4,
     },
     "mppi_among": {"back": 0.4, "contact": 20.0, "temperature": 0.1},
-    "pure_pursuit_among": {"cruise": 1.2, "back": 0.4, "horizon": 1.0, "comfort": 0.2},
+    "pure_pursuit_among": {"cruise": 1.2, "back": 0.4, "horizon": 1.5, "comfort": 0.1},
 }
 
 
