@@ -12,15 +12,17 @@ import sys
 import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+import rocs_bt
 from rocs_bt import run
 from rocs_bt.base.errors import InputError, RocsError
 from rocs_bt.catalog import Catalog, PlannerSpec
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
 from rocs_bt.compare.episode import Episode
-from rocs_bt.compare.key import Keys
+from rocs_bt.compare.key import _NOT_PLAYED, Keys
 from rocs_bt.compare.pool import EXIT_TIMEOUT, WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
 from rocs_bt.compare.runner import EpisodeRunner, run_episode
@@ -87,6 +89,11 @@ def test_robots_are_compared_in_the_scenarios_own_mission(catalog, project):
     expected = run(scenario, catalog, seed=4).summary
     assert record.trajectory_hash == usual.trajectory_hash == expected.trajectory_hash
     assert record.content == expected.content_hash
+
+
+def test_the_code_that_no_episode_depends_on_exists():
+    package = Path(rocs_bt.__file__).parent
+    assert [name for name in _NOT_PLAYED if not list(package.glob(f"{name}*"))] == []
 
 
 def test_a_changed_robot_has_another_key(catalog, project):
