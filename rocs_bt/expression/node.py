@@ -1,4 +1,4 @@
-"""Typed tree of an expression: created by `parse`; evaluated by the interpreter; compiled by `lower`."""
+"""Typed tree of an expression: created by `parse`; evaluated by the evaluator; compiled by `lower`."""
 
 from __future__ import annotations
 

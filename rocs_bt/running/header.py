@@ -149,7 +149,7 @@ def _limited(agent: Agent, guard: GuardInfo) -> GuardInfo:
         if read.isdisjoint(signal.name for signal in monitor.signals()):
             continue
         for sensor in (each.sensor for each in monitor.monitored):
-            found = getattr(getattr(sensor, "parameters", None), "range", None)
+            found = getattr(sensor, "range", None)
             for value, word in zip(found, ("minimum", "maximum"), strict=False) if isinstance(found, tuple) else ():
                 if isinstance(value, float) and math.isfinite(value):
                     limits.append((value, f"{value:.3g} m is the {word} of the sensor '{sensor.name}'"))

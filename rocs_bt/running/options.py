@@ -210,7 +210,7 @@ class RunOptions(Value):
         for name, (each, option) in options_of(RunOptions).items():
             if name in given and option.flags and not option.late:
                 for value in given[name] if each.many else (given[name],):
-                    text = f"{value:g}" if isinstance(value, float) else str(value)
+                    text = str(value).removesuffix(".0") if isinstance(value, float) else str(value)
                     words += [option.flags[0], *([] if value is True else [shlex.quote(text)])]
         return " ".join(words)
 

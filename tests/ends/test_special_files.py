@@ -245,7 +245,7 @@ OPENED = re.compile(
 )
 EXEMPT = {
     # files of the system, or of this package, which no user names
-    "base/files.py", "record/folder_lock.py", "drivers/isolated/silence.py", "ros2/network/rclpy_transport.py",
+    "base/files.py", "record/folder_lock.py", "devices/isolated/silence.py", "ros2/network/rclpy_transport.py",
     "cli/terminal.py", "studio/live.py",
 }  # fmt: skip
 

@@ -44,9 +44,9 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
     assert (spec.world, spec.duration) == (base.world, base.duration)
     for name in {a.robot for a in spec.agents}:
         robot, truth = CATALOG.load_robot(name), CATALOG.load_robot(name.removesuffix("_localised"))
-        assert (robot.model, robot.locomotion, robot.actuators[0].parameters) == (
+        assert (robot.model, robot.motion, robot.actuators[0].parameters) == (
             truth.model,
-            truth.locomotion,
+            truth.motion,
             truth.actuators[0].parameters,
         )
 

@@ -47,6 +47,14 @@ def test_a_change_calls_for_a_tick_and_a_tick_answers_it(mind):
     assert not plan.called
 
 
+def test_so_does_asking_for_a_new_plan(mind):
+    plan = mind.start(Running("wait"))
+    plan.replan("rules/Flinch ended")
+    assert plan.called
+    plan.run(0.0)
+    assert not plan.called
+
+
 def test_nodes_are_set_up_and_shut_down_once(mind):
     calls = []
 

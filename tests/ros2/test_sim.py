@@ -84,7 +84,7 @@ class Client:
 def test_exp1_publishes_the_truth_of_its_world(simulator):
     truth = build_world(Catalog.here().load_scenario("exp1"), Catalog.here(), 3, NullSink())
     sonars = truth.sensors["R2"]["sonar"]
-    sites = sonars.parameters.sites
+    sites = sonars.sites
     process = simulator("exp1", "--seed", "3")
     with closing(Client("clock", "odom", "tf", "tf_static", *(f"range/{site}" for site in sites))) as client:
         client.until(lambda newest: len(newest) == 4 + len(sites))  # the latched transforms, too

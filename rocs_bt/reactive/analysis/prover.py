@@ -1,6 +1,6 @@
 """Prover that decides whether an expression can be true for any values of the signals.
 
-The answer is an example that the interpreter confirms, a proof that no example exists, or the reason why neither was
+The answer is an example that the evaluator confirms, a proof that no example exists, or the reason why neither was
 found. Sampled snapshots answer most questions; z3 answers the others.
 """
 
@@ -71,7 +71,7 @@ class Prover:
         return self._plain(node, found)
 
     def confirmed(self, node: Node, x: Array) -> bool:
-        """Whether the interpreter evaluates an expression as true on a snapshot.
+        """Whether the evaluator evaluates an expression as true on a snapshot.
 
         A temporal expression is evaluated after the snapshot has been constant for longer than its time windows.
         """
@@ -94,7 +94,7 @@ class Prover:
         return None if found is None else Answer(found)
 
     def _first(self, node: Node, samples: Samples) -> Array | None:
-        """The first snapshot on which an expression is true, if the interpreter confirms one of the first three."""
+        """The first snapshot on which an expression is true, if the evaluator confirms one of the first three."""
         (found,) = np.nonzero(samples.truth(node))
         return next((samples.rows[i] for i in found[:3] if self.confirmed(node, samples.rows[i])), None)
 

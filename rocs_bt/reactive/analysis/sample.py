@@ -1,7 +1,7 @@
 """Vectorised evaluation of expressions on many snapshots, to find examples quickly.
 
 Temporal operators are evaluated as if each snapshot had been constant for ever: `held(a)` and `once(a)` are a, and a
-rate is 0. This is an approximation, so the interpreter confirms each example before it is reported.
+rate is 0. This is an approximation, so the evaluator confirms each example before it is reported.
 """
 
 from __future__ import annotations
