@@ -325,6 +325,8 @@ def _plain(value: Any) -> Value:
     try:
         return [float(v) for v in value]
     except (TypeError, ValueError):
+        if isinstance(value, (list, tuple)):
+            return f"{len(value)} points"  # a route has hundreds; its track has them
         return getattr(value, "__name__", type(value).__name__)
 
 
