@@ -6,7 +6,7 @@ The package depends on signals and units only, so any module that reads a condit
 from .absent import ABSENT, NO_NAME, is_absent, one_for_each_signal
 from .argument_kinds import Misuse
 from .environment import Environment, Forms
-from .evaluator import Expression, Values, evaluate
+from .evaluator import Expression, Steady, Values, evaluate
 from .kernel import kernel_missing
 from .lower import lower
 from .node import PLAIN, TRUTH, Kind, Node
@@ -34,6 +34,7 @@ __all__ = [
     "Node",
     "Program",
     "Requirement",
+    "Steady",
     "Values",
     "blank_texts",
     "compile_expression",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 
 from .kernel import kernel_missing, program_machine
 from .lower import lower
-from .node import Node
-from .program import Program
+from .node import TEMPORAL_OPS, Node
+from .program import GRAIN, Program
 from .rows import Rows
 
 Snapshot = NDArray[np.float64] | Sequence[float]
@@ -135,6 +136,39 @@ class Values:
             for root, values in zip(self._roots, found, strict=True):
                 values[part] = registers[root : root + values.shape[1]].T
         return [v if node.kind.size else v[:, 0] for v, node in zip(found, self._nodes, strict=True)]
+
+
+class Steady:
+    """Expressions with single values on snapshots that have been constant for longer than all time windows.
+
+    Args:
+        nodes: Typed trees of the expressions.
+    """
+
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        self._program = lower([_with_short_windows(node) for node in nodes])
+        self._rows = Rows(self._program)
+        # One step for each window, because the window of an operator on another one fills later.
+        self._steps = 1 + max((sum(part.op in TEMPORAL_OPS for part in node.walk()) for node in nodes), default=0)
+
+    def __call__(self, x: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Values of each expression on each of n snapshots, shape (n,); NaN if invalid.
+
+        Args:
+            x: Snapshots of all signals, SI units, shape (n, signals).
+        """
+        cells = np.tile(self._program.cells, (len(x), 1))
+        for step in range(self._steps):
+            registers = self._rows(x, np.full(len(x), float(step)), cells)
+        return [registers[root] for root in self._program.roots.tolist()]
+
+
+def _with_short_windows(node: Node) -> Node:
+    """Expression with the shortest time windows, which have the smallest states, and the same steady values."""
+    if not node.temporal:
+        return node
+    window = GRAIN if node.op in TEMPORAL_OPS else node.value
+    return replace(node, value=window, args=tuple(map(_with_short_windows, node.args)))
 
 
 def evaluate(node: Node, x: Snapshot) -> float | bool | None:

@@ -9,11 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from .node import TEMPORAL_OPS, Node
-from .operators import CODES, INSTRUCTIONS, Form
+from .operators import CODES, COMPARISONS, INSTRUCTIONS, SIGNS, Form
 from .program import TOLERANCE, Program, ring_shape
-
-_SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
-_COMPARE = {"<": "lt", "<=": "le", ">": "lt", ">=": "le", "==": "eq", "!=": "ne"}
 
 
 def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) -> Program:
@@ -93,12 +90,12 @@ class _Lowering:
             register = self._remember(node)
             self._temporal[node] = register
             return register
-        if node.op == "mean" or INSTRUCTIONS[CODES[_SIGNS.get(node.op, node.op)]].form is Form.GROUP:
+        if node.op == "mean" or INSTRUCTIONS[CODES[SIGNS.get(node.op, node.op)]].form is Form.GROUP:
             return self._reduce(node)
         args = [self.node(arg) for arg in node.args]
         wide = sum((arg.kind.size > 0) << i for i, arg in enumerate(node.args))
         a, b, c = (*args, 0, 0)[:3]
-        return self._emit(_SIGNS.get(node.op, node.op), node, a, b, c, wide=wide)
+        return self._emit(SIGNS.get(node.op, node.op), node, a, b, c, wide=wide)
 
     def _chain(self, op: str, registers: Sequence[int], node: Node, n: int = 0) -> int:
         register = registers[0]
@@ -112,7 +109,7 @@ class _Lowering:
             if sign in (">", ">="):
                 left, right = right, left
             wide, size = _wide(left, right), max(left.kind.size, right.kind.size)
-            register = self._emit(_COMPARE[sign], node, self.node(left), self.node(right), wide=wide, n=size)
+            register = self._emit(COMPARISONS[sign], node, self.node(left), self.node(right), wide=wide, n=size)
             found.append((register, size))
         return self._joined("and", node, found)
 

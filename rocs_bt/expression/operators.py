@@ -1,8 +1,9 @@
 """Table of operators: those of the language, and the instructions of programs.
 
-A row has the types of an operator, its text for the manual, and the instruction that computes it: `numpy` here, and the
-row of the same name in `kernel/operators.h`, which has the same order. A new function is a row here and one there.
-`program` defines what each instruction computes; all NaN rules are in these functions.
+A row has the types of an operator, its text for the manual, its meaning for the prover (`z3`), and the instruction that
+computes it: `numpy` here, and the row of the same name in `kernel/operators.h`, which has the same order. A new
+function is a row here and one there. `program` defines what each instruction computes; all NaN rules are in these
+functions.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..base.geometry import wrap_angle
 from . import argument_kinds as kinds
-from . import temporal
+from . import symbolic, temporal
 from .node import PLAIN, TRUTH, Kind, Node
 
 Numbers = NDArray[np.float64]
@@ -49,6 +50,7 @@ class Operator:
         kind: Function that returns the kind of the result for the arguments without the window; raises Misuse.
         window: Whether the last argument of the function is the length of a time window.
         cells: Number of cells of a CELLS instruction.
+        z3: Meaning for the prover, a function of a `symbolic.Question` and of the operands; None if unknown.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Operator:
     kind: Callable[[Sequence[Node]], Kind] = kinds.one_unit
     window: bool = False
     cells: int = 0
+    z3: Callable[..., Any] | None = None
 
 
 def _scalar(function: Callable[..., float]) -> Callable[..., Numbers]:
@@ -141,21 +144,21 @@ _sum = _fold(np.add)
 
 TABLE = (
     Operator("load", Form.EACH, 0),
-    Operator("neg", Form.EACH, 1, np.negative),
-    Operator("add", Form.EACH, 2, np.add),
-    Operator("sub", Form.EACH, 2, np.subtract),
-    Operator("mul", Form.EACH, 2, np.multiply),
-    Operator("div", Form.EACH, 2, lambda a, b: np.where(b == 0.0, np.nan, a / b)),
+    Operator("neg", Form.EACH, 1, np.negative, z3=lambda t, a: symbolic.negative(a)),
+    Operator("add", Form.EACH, 2, np.add, z3=symbolic.total),
+    Operator("sub", Form.EACH, 2, np.subtract, z3=symbolic.difference),
+    Operator("mul", Form.EACH, 2, np.multiply, z3=symbolic.product),
+    Operator("div", Form.EACH, 2, lambda a, b: np.where(b == 0.0, np.nan, a / b), z3=symbolic.quotient),
     Operator("min2", Form.EACH, 2, lambda a, b: _where_valid(np.where(b < a, b, a), a, b)),
     Operator("max2", Form.EACH, 2, lambda a, b: _where_valid(np.where(b > a, b, a), a, b)),
-    Operator("select", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(c == 1.0, a, b), c)),
-    Operator("lt", Form.EACH, 2, lambda a, b: _where_valid(a < b, a, b)),
-    Operator("le", Form.EACH, 2, lambda a, b: _where_valid(a <= b, a, b)),
-    Operator("eq", Form.EACH, 2, lambda a, b: _where_valid(a == b, a, b)),
-    Operator("ne", Form.EACH, 2, lambda a, b: _where_valid(a != b, a, b)),
-    Operator("not", Form.EACH, 1, lambda a: 1.0 - a),
-    Operator("and", Form.EACH, 2, _and),
-    Operator("or", Form.EACH, 2, _or),
+    Operator("select", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(c == 1.0, a, b), c), z3=symbolic.select),
+    Operator("lt", Form.EACH, 2, lambda a, b: _where_valid(a < b, a, b), z3=symbolic.less),
+    Operator("le", Form.EACH, 2, lambda a, b: _where_valid(a <= b, a, b), z3=symbolic.less_or_equal),
+    Operator("eq", Form.EACH, 2, lambda a, b: _where_valid(a == b, a, b), z3=symbolic.equal),
+    Operator("ne", Form.EACH, 2, lambda a, b: _where_valid(a != b, a, b), z3=symbolic.different),
+    Operator("not", Form.EACH, 1, lambda a: 1.0 - a, z3=lambda t, a: symbolic.negated(a)),
+    Operator("and", Form.EACH, 2, _and, z3=symbolic.conjunction),
+    Operator("or", Form.EACH, 2, _or, z3=symbolic.disjunction),
     Operator("gap", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(a == b, 0.0, (b - a) / c), a, b)),
     Operator("worst", Form.EACH, 2, _worst),
     Operator("best", Form.EACH, 2, _best),
@@ -164,73 +167,103 @@ TABLE = (
     Operator("delay", Form.RING, 1, temporal.delay),
     Operator("lowest", Form.RING, 1, temporal.lowest),
     Operator("since_margin", Form.RING, 2, temporal.since_margin),
-    Operator("min", Form.GROUP, 1, _min, "min(group) or min(a, b, ...)", "the minimum", kinds.one_unit),
-    Operator("max", Form.GROUP, 1, _max, "max(group) or max(a, b, ...)", "the maximum", kinds.one_unit),
-    Operator("sum", Form.GROUP, 1, _sum, "sum(group)", "the sum", kinds.one_group),
-    Operator("mean", Form.NONE, 1, None, "mean(group)", "the mean", kinds.one_group),
+    Operator(
+        "min", Form.GROUP, 1, _min,
+        "min(group) or min(a, b, ...)", "the minimum", kinds.one_unit, z3=symbolic.least,
+    ),
+    Operator(
+        "max", Form.GROUP, 1, _max,
+        "max(group) or max(a, b, ...)", "the maximum", kinds.one_unit, z3=symbolic.greatest,
+    ),
+    Operator("sum", Form.GROUP, 1, _sum, "sum(group)", "the sum", kinds.one_group, z3=symbolic.total),
+    Operator("mean", Form.NONE, 1, None, "mean(group)", "the mean", kinds.one_group, z3=symbolic.mean),
     Operator(
         "any", Form.GROUP, 1, _fold(_or),
-        "any(group < a)", "whether at least one comparison is true", kinds.truths(TRUTH),
+        "any(group < a)", "whether at least one comparison is true", kinds.truths(TRUTH), z3=symbolic.disjunction,
     ),
     Operator(
-        "all", Form.GROUP, 1, _fold(_and), "all(group < a)", "whether all comparisons are true", kinds.truths(TRUTH)
+        "all", Form.GROUP, 1, _fold(_and), "all(group < a)", "whether all comparisons are true", kinds.truths(TRUTH),
+        z3=symbolic.conjunction,
     ),
     Operator(
-        "count", Form.GROUP, 1, _count, "count(group < a)", "the number of true comparisons", kinds.truths(PLAIN)
+        "count", Form.GROUP, 1, _count, "count(group < a)", "the number of true comparisons", kinds.truths(PLAIN),
+        z3=symbolic.count,
     ),
-    Operator("abs", Form.EACH, 1, np.abs, "abs(a)", "the absolute value, value by value", kinds.each_value),
+    Operator(
+        "abs", Form.EACH, 1, np.abs,
+        "abs(a)", "the absolute value, value by value", kinds.each_value, z3=symbolic.absolute,
+    ),
     Operator(
         "clip", Form.EACH, 3, _clip,
         "clip(a, low, high)", "a limited to low and high, value by value; high has precedence", kinds.limited,
+        z3=symbolic.clip,
     ),
-    Operator("hypot", Form.EACH, 2, _scalar(_hypot), "hypot(a, b)", "the length of the vector (a, b)", kinds.length),
-    Operator("sign", Form.EACH, 1, np.sign, "sign(a)", "-1, 0 or 1", kinds.direction),
+    Operator(
+        "hypot", Form.EACH, 2, _scalar(_hypot),
+        "hypot(a, b)", "the length of the vector (a, b)", kinds.length, z3=symbolic.hypot,
+    ),
+    Operator("sign", Form.EACH, 1, np.sign, "sign(a)", "-1, 0 or 1", kinds.direction, z3=symbolic.sign),
     Operator(
         "side", Form.EACH, 1, lambda a: _where_valid(np.where(a >= 0.0, 1.0, -1.0), a),
-        "side(a)", "-1 or 1; side(0) is 1, so that a turn is never zero", kinds.direction,
+        "side(a)", "-1 or 1; side(0) is 1, so that a turn is never zero", kinds.direction, z3=symbolic.side,
     ),
-    Operator("sqrt", Form.EACH, 1, np.sqrt, "sqrt(a)", "the square root; invalid for a negative number", kinds.root),
+    Operator(
+        "sqrt", Form.EACH, 1, np.sqrt,
+        "sqrt(a)", "the square root; invalid for a negative number", kinds.root, z3=symbolic.sqrt,
+    ),
     Operator(
         "wrap_angle", Form.EACH, 1, _scalar(lambda a: math.nan if math.isinf(a) else wrap_angle(a)),
-        "wrap_angle(a)", "the same angle in (-180, 180] deg; invalid if infinite", kinds.angle,
+        "wrap_angle(a)", "the same angle in (-180, 180] deg; invalid if infinite", kinds.angle, z3=symbolic.wrap_angle,
     ),
     Operator(
         "min_valid", Form.GROUP, 2, _min_valid,
         "min_valid(group, k)", "the minimum of the valid values; invalid only if fewer than k are valid",
-        kinds.valid_values,
+        kinds.valid_values, z3=symbolic.min_valid,
     ),
     Operator(
         "argmin", Form.GROUP, 1, lambda group: _where_valid(group.argmin(axis=1), group.min(axis=1)),
-        "argmin(group)", "the index of the minimum, from 0; the first of equal values", kinds.index,
+        "argmin(group)", "the index of the minimum, from 0; the first of equal values", kinds.index, z3=symbolic.argmin,
     ),
     Operator(
         "dot", Form.GROUP, 2, lambda group, vector: _sum(group * vector),
-        "dot(group, [a, b, ...])", "the dot product with constants", kinds.product,
+        "dot(group, [a, b, ...])", "the dot product with constants", kinds.product, z3=symbolic.dot,
     ),
-    Operator("atan2", Form.EACH, 2, _scalar(math.atan2), "atan2(y, x)", "the angle of the point (x, y)", kinds.arc),
+    Operator(
+        "atan2", Form.EACH, 2, _scalar(math.atan2),
+        "atan2(y, x)", "the angle of the point (x, y)", kinds.arc, z3=symbolic.atan2,
+    ),
     Operator(
         "held", Form.CELLS, 1, temporal.held,
         "held(test, 0.2 s)", "whether the test has been true for this time", kinds.past(1, TRUTH), window=True, cells=2,
+        z3=symbolic.held,
     ),
     Operator(
         "once", Form.NONE, 1, None,
         "once(test, 2 s)", "whether the test was true at any time in the last 2 s", kinds.past(1, TRUTH), window=True,
+        z3=symbolic.once,
     ),
     Operator(
         "since", Form.CELLS, 2, temporal.since,
         "since(a, b, 2 s)", "whether b was true in the last 2 s, and a has been true since then", kinds.past(2, TRUTH),
-        window=True, cells=2,
+        window=True, cells=2, z3=symbolic.since,
     ),
     Operator(
         "time_since", Form.CELLS, 1, temporal.time_since,
         "time_since(test)", "the time since the test last held; inf: never", kinds.past(1, kinds.DURATION), cells=1,
+        z3=symbolic.time_since,
     ),
     Operator(
         "rate", Form.RING, 1, temporal.rate,
         "rate(a, 0.5 s)", "the mean rate of change of a over the last 0.5 s", kinds.change, window=True,
+        z3=symbolic.rate,
     ),
 )  # fmt: skip  # a table
 
 FUNCTIONS: Mapping[str, Operator] = {row.name: row for row in TABLE if row.usage}
 INSTRUCTIONS = tuple(row for row in TABLE if row.form is not Form.NONE)
 CODES: Mapping[str, int] = {row.name: code for code, row in enumerate(INSTRUCTIONS)}
+ROWS: Mapping[str, Operator] = {row.name: row for row in TABLE}
+SIGNS: Mapping[str, str] = {"+": "add", "-": "sub", "*": "mul", "/": "div", "if": "select"}
+"""Names of instructions for operators of expressions with other names."""
+COMPARISONS: Mapping[str, str] = {"<": "lt", "<=": "le", ">": "lt", ">=": "le", "==": "eq", "!=": "ne"}
+"""Names of instructions for signs of comparisons; the operands of > and >= are exchanged."""

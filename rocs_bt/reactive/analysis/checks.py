@@ -278,7 +278,8 @@ def _chatter(case: Case, rule: Rule) -> None:
     if any(case.prover.decide(node).example is None for node in (guard, negation(guard))):
         return
     on, off = (case.prover.example(node) for node in (guard, negation(guard)))
-    on, off, at = _edge(lambda x: case.prover.confirmed(guard, x), on, off, sorted(guard.reads()))
+    holds = Expression(guard)
+    on, off, at = _edge(lambda x: holds(x) is True, on, off, sorted(guard.reads()))
     case.warn(
         rule,
         "when",

@@ -1,7 +1,7 @@
 """Prover that decides whether an expression can be true for any values of the signals.
 
-The answer is an example that the evaluator confirms, a proof that no example exists, or the reason why neither was
-found. Sampled snapshots answer most questions; z3 answers the others.
+The answer is an example, a proof that no example exists, or the reason why neither was found. Sampled snapshots answer
+most questions; z3 answers the others. Every example is a snapshot on which the evaluator gives true, also those of z3.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...expression import TRUTH, Environment, Expression, Node, evaluate
+from ...expression import TRUTH, Environment, Node, Steady
 from .sample import Array, Range, Samples, sample_rows
 
 if TYPE_CHECKING:
-    from .symbolic import Translator
+    from .translator import Translator
 
 SAMPLED = 400  # number of sampled snapshots that are tried before a proof
 STEPS = 10_000_000  # steps of z3 for one question, about 1 s
@@ -48,7 +48,7 @@ class Prover:
 
     def __init__(self, environment: Environment, nodes: Sequence[Node]) -> None:
         self.bounds = _bounds(environment)
-        self.samples = Samples(sample_rows(nodes, self.bounds, SAMPLED))
+        self.samples = Samples(sample_rows(nodes, self.bounds, SAMPLED), nodes)
         self._groups = sorted((environment.offsets[name], s.size) for name, s in environment.signals.items())
         self._left = self._all = ALL_STEPS + STEPS_EACH * len(nodes)
         self._answers: dict[Node, Answer] = {}
@@ -70,33 +70,15 @@ class Prover:
             raise LookupError(f"no example of '{node.text}' is known")
         return self._plain(node, found)
 
-    def confirmed(self, node: Node, x: Array) -> bool:
-        """Whether the evaluator evaluates an expression as true on a snapshot.
-
-        A temporal expression is evaluated after the snapshot has been constant for longer than its time windows.
-        """
-        row = x.tolist()
-        if not node.temporal:
-            return evaluate(node, row) is True
-        expression, windows = Expression(node), [n.value for n in node.walk() if n.temporal]
-        for k in range(len(windows)):  # once for each, because a window of a window fills later
-            expression(row, k * (1.0 + 2.0 * sum(windows)))
-        return expression(row, len(windows) * (1.0 + 2.0 * sum(windows))) is True
-
     @cached_property
     def _symbols(self) -> Translator:
-        from .symbolic import Translator  # imports z3, which takes 40 ms
+        from .translator import Translator  # imports z3, which takes 40 ms
 
         return Translator(self.bounds)
 
     def _sampled(self, node: Node) -> Answer | None:
-        found = self._first(node, self.samples)
-        return None if found is None else Answer(found)
-
-    def _first(self, node: Node, samples: Samples) -> Array | None:
-        """The first snapshot on which an expression is true, if the evaluator confirms one of the first three."""
-        (found,) = np.nonzero(samples.truth(node))
-        return next((samples.rows[i] for i in found[:3] if self.confirmed(node, samples.rows[i])), None)
+        true = self.samples.truth(node)
+        return Answer(self.samples.rows[true.argmax()]) if true.any() else None
 
     def _proved(self, node: Node) -> Answer:
         unknown: tuple[str, ...] = ()
@@ -105,18 +87,20 @@ class Prover:
             solution = self._symbols.solve(node, self._free, steps, steady)
             self._left -= solution.steps
             if solution.x is not None:
-                if (found := self._first(node, Samples(self._around(solution.x)))) is not None:
+                if (found := _first(Steady([node]), self._around(solution.x))) is not None:
                     return Answer(found)
-            elif solution.never and not steady:
-                return Answer()
             elif not solution.never:
                 return Answer(
-                    unknown=self._spent(steps) if solution.steps > steps else "it is not linear in the signals"
+                    unknown=self._spent(steps) if solution.steps > steps else f"z3 gives up: {solution.reason}"
                 )
+            elif not steady:
+                return Answer()
             unknown = solution.unknown
         texts = ", ".join(repr(text) for text in unknown[:3])
         return Answer(
-            unknown=f"only the range of {texts} is known" if texts else "the numbers are too close to each other"
+            unknown=f"only a part of the meaning of {texts} is known"
+            if texts
+            else "it holds for real numbers, but for none of the rounded numbers that were tried"
         )
 
     def _around(self, x: Array) -> Array:
@@ -147,6 +131,7 @@ class Prover:
         marks = sorted({float(n.value) for n in node.walk() if n.op == "number" and np.isfinite(n.value)}, key=abs)
         near = [m + step for step in (1.0, -1.0, 0.1, -0.1, 0.01, -0.01, 0.0) for m in marks]
         values = list(dict.fromkeys([1.0, 2.0, 0.5, 0.1, -1.0, *(round(v, 6) for v in near), 0.0]))
+        holds = Steady([node])
         for start, size in self._groups:
             indices = [i for i in range(start, start + size) if i in read]
             if not indices:
@@ -154,13 +139,13 @@ class Prover:
             rows = [_with(x, indices, one) for one in values]
             if len(indices) > 1:  # one value that is different, then all equal, then one after the other
                 rows = [rows[0], *(_with(rows[0], indices[:1], one) for one in values), *rows]
-            found = self._first(node, Samples(self._allowed(rows)))
+            found = _first(holds, self._allowed(rows))
             if found is not None:
                 x = found
                 continue
             for i in indices:
                 rows = [_with(x, [i], one) for one in [*values, *(round(x[i], digits) for digits in range(6))]]
-                found = self._first(node, Samples(self._allowed(rows)))
+                found = _first(holds, self._allowed(rows))
                 x = x if found is None else found
         return x
 
@@ -168,6 +153,12 @@ class Prover:
         found = np.array(rows)
         allowed: Array = found[(self._inside(found) == found).all(axis=1)]
         return allowed
+
+
+def _first(node: Steady, rows: Array) -> Array | None:
+    """The first snapshot on which an expression is true."""
+    true = node(rows)[0] == 1.0
+    return rows[true.argmax()] if true.any() else None
 
 
 def _with(x: Array, indices: Sequence[int], value: float) -> Array:

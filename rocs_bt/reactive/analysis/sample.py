@@ -1,137 +1,51 @@
-"""Vectorised evaluation of expressions on many snapshots, to find examples quickly.
-
-Temporal operators are evaluated as if each snapshot had been constant for ever: `held(a)` and `once(a)` are a, and a
-rate is 0. This is an approximation, so the evaluator confirms each example before it is reported.
-"""
+"""Sampled snapshots, on which examples are found quickly."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...expression import Node
+from ...expression import TRUTH, Node, Steady
+from ...expression.operators import ROWS
 
 Array: TypeAlias = NDArray[np.float64]
 Range: TypeAlias = tuple[float, float]
 
 
 class Samples:
-    """Sampled snapshots, on which expressions are evaluated; values are cached.
+    """Snapshots, on which expressions are evaluated; values are cached.
 
     Args:
         rows: P snapshots, shape (P, size).
+        nodes: Expressions of which all tests are evaluated at once.
     """
 
-    def __init__(self, rows: Array) -> None:
+    def __init__(self, rows: Array, nodes: Sequence[Node] = ()) -> None:
         self.rows = rows
-        self._memo: dict[Node, Array] = {}
+        tests = [*dict.fromkeys(part for node in nodes for part in node.walk() if part.kind == TRUTH)]
+        self._known = dict(zip(tests, Steady(tests)(rows), strict=True))
 
     def truth(self, node: Node) -> NDArray[np.bool_]:
         """Whether a scalar boolean expression is true on each snapshot, shape (P,)."""
-        found: NDArray[np.bool_] = np.broadcast_to(self.value(node) == 1.0, len(self.rows))
+        found: NDArray[np.bool_] = self._value(node) == 1.0
         return found
 
-    def value(self, node: Node) -> Array:
-        """Values of an expression on all snapshots; truth values are 1, 0, or NaN if invalid.
-
-        Returns:
-            Array of shape (P,), or (P, n) for a group of n values, or broadcastable to it.
-        """
-        if node not in self._memo:
-            with np.errstate(all="ignore"):
-                self._memo[node] = self._computed(node)
-        return self._memo[node]
-
-    def _computed(self, node: Node) -> Array:
-        if node.op in ("number", "truth"):
-            return np.full(len(self.rows), float(node.value))
-        if node.op == "vector":
-            return np.array([[float(arg.value) for arg in node.args]])
-        if node.op == "read":
-            return self.rows[:, node.start : node.stop] if node.kind.size else self.rows[:, node.start]
-        values = [self.value(arg) for arg in node.args]
-        if node.op in _REDUCTIONS:
-            groups = [v if v.ndim == 2 else v[:, None] for v in values]
-            return _REDUCTIONS[node.op](*groups)
-        if node.kind.size:
-            values = [v if v.ndim == 2 else v[:, None] for v in values]
-        if node.op == "compare":
-            return _worst([_compared(sign, a, b) for sign, a, b in zip(node.signs, values, values[1:], strict=False)])
-        return _SINGLE[node.op](*values)
-
-
-def _compared(sign: str, a: Array, b: Array) -> Array:
-    found: Array = np.where(np.isnan(a) | np.isnan(b), np.nan, _SIGNS[sign](a, b))
-    return found
-
-
-def _worst(truths: list[Array]) -> Array:
-    """Conjunction in three-valued logic: 0 if any value is 0, else NaN (invalid) if any is NaN, else 1."""
-    stacked = np.broadcast_arrays(*truths)
-    return np.asarray(np.where(np.any([t == 0.0 for t in stacked], axis=0), 0.0, np.sum(stacked, axis=0) * 0.0 + 1.0))
-
-
-def _best(truths: list[Array]) -> Array:
-    return 1.0 - _worst([1.0 - t for t in truths])
-
-
-def _columns(group: Array) -> list[Array]:
-    return [group[:, i] for i in range(group.shape[1])]
-
-
-def _stacked(*groups: Array) -> Array:
-    rows = max(len(g) for g in groups)
-    return np.concatenate([np.broadcast_to(g, (rows, g.shape[1])) for g in groups], axis=1)
-
-
-def _least_valid(group: Array, least: Array) -> Array:
-    valid = ~np.isnan(group)
-    return np.where(valid.sum(axis=1) >= least[:, 0], np.where(valid, group, np.inf).min(axis=1), np.nan)
-
-
-_SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
-    "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
-}  # fmt: skip  # a table
-_REDUCTIONS: Mapping[str, Callable[..., Array]] = {
-    "min": lambda *g: _stacked(*g).min(axis=1),
-    "max": lambda *g: _stacked(*g).max(axis=1),
-    "sum": lambda g: g.sum(axis=1),
-    "mean": lambda g: g.mean(axis=1),
-    "argmin": lambda g: np.where(np.isnan(g).any(axis=1), np.nan, g.argmin(axis=1)),
-    "count": lambda g: g.sum(axis=1),
-    "any": lambda g: _best(_columns(g)),
-    "all": lambda g: _worst(_columns(g)),
-    "min_valid": _least_valid,
-    "dot": lambda g, v: (g * v).sum(axis=1),
-}
-_SINGLE: Mapping[str, Callable[..., Array]] = {
-    "neg": lambda a: -a,
-    "not": lambda a: 1.0 - a,
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: np.where(b == 0.0, np.nan, a / b),
-    "and": lambda *t: _worst(list(t)),
-    "or": lambda *t: _best(list(t)),
-    "if": lambda c, a, b: np.where(np.isnan(c), np.nan, np.where(c == 1.0, a, b)),
-    "abs": np.abs,
-    "clip": lambda a, low, high: np.minimum(np.maximum(a, low), high),
-    "hypot": np.hypot,
-    "atan2": np.arctan2,
-    "sign": np.sign,
-    "side": lambda a: np.where(np.isnan(a), np.nan, np.where(a >= 0.0, 1.0, -1.0)),
-    "sqrt": np.sqrt,
-    "wrap_angle": lambda a: np.pi - np.mod(np.pi - a, 2.0 * np.pi),
-    "held": lambda a: a,
-    "once": lambda a: a,
-    "delay": lambda a: a,
-    "since": lambda a, b: b,
-    "time_since": lambda a: np.where(np.isnan(a), np.nan, np.where(a == 1.0, 0.0, np.inf)),
-    "rate": lambda a: a * 0.0,
-}
+    def _value(self, node: Node) -> Array:
+        """Value on all snapshots: 1, 0, or NaN if invalid, shape (P,)."""
+        if node not in self._known:
+            function = ROWS[node.op].numpy if node.op in ("and", "or", "not") else None
+            if function is None:
+                (self._known[node],) = Steady([node])(self.rows)
+            else:
+                first, *others = (self._value(arg) for arg in node.args)
+                found = function(first) if node.op == "not" else first
+                for other in others:
+                    found = function(found, other)
+                self._known[node] = found
+        return self._known[node]
 
 
 def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
