@@ -70,12 +70,14 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Beam(msgspec.Struct, frozen=True, kw_only=True):
-    """Beam of a range sensor, body frame: origin, direction, maximum range and cone."""
+    """Beam of a range sensor, body frame: origin, direction, measuring range and cone."""
 
     x: float  # [m]
     y: float  # [m]
     yaw: float  # [rad]
     reach: float  # [m]
+    nearest: float = 0.0  # minimum range [m]
+    name: str = ""
     cone: float = 0.0  # full angle [rad]; 0 for a ray
     elevation: float = 0.0  # angle of the direction above the horizontal [rad]
 
@@ -89,6 +91,8 @@ class Fan(msgspec.Struct, frozen=True, kw_only=True):
         step: Angle between neighbouring rays, counter-clockwise [rad].
         rays: Number of rays.
         reach: Maximum range [m].
+        nearest: Minimum range [m].
+        sweep: Time from the first ray of a scan to the last [s].
     """
 
     x: float
@@ -97,6 +101,8 @@ class Fan(msgspec.Struct, frozen=True, kw_only=True):
     step: float
     rays: int
     reach: float
+    nearest: float = 0.0
+    sweep: float = 0.0
 
 
 class BodyShape(msgspec.Struct, frozen=True, kw_only=True):

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.geometry import Pose3
-from ..devices.mujoco import DriverWorld, Motors
+from ..devices.mujoco import Motors, MujocoWorld
 from ..devices.mujoco.body import collides, find_bodies
 
 Matrix = npt.NDArray[np.float64]
@@ -101,7 +101,7 @@ class RobotLinks:
         height: Height of the base's origin over the ground in the model [m].
     """
 
-    def __init__(self, world: DriverWorld, robot: str) -> None:
+    def __init__(self, world: MujocoWorld, robot: str) -> None:
         self._world, self._model, self._prefix = world, world.model, f"{robot}/"
         body = find_bodies(world.model, [robot])[robot]
         self.height = body.height

@@ -13,7 +13,7 @@ from ..base.clock import Clock, Rate
 from ..base.errors import DeviceError, InputError
 from ..base.geometry import Pose2
 from ..catalog import ActuatorSpec, RobotSpec, SensorSpec, load_class
-from ..devices.simulated import MailboxSensor, RangeCone, SimulatedActuator, SimulatedSensor, Velocity
+from ..devices.simulated import MailboxSensor, SimulatedActuator, SimulatedSensor, Velocity
 from ..devices.simulated.flat import FlatRobot, FlatWorld
 from ..event import EventSink
 from ..interfaces.device import Reading, Sensor
@@ -95,8 +95,8 @@ def mock_devices(
     devices = [_shipped(s, SimulatedSensor) for s in spec.sensors]
     motion = [_shipped(a, SimulatedActuator) for a in spec.actuators]  # type: ignore[type-abstract]
     mounts = dict[str, Pose2]()
-    for sites, turns in ((each.mounted_at(), isinstance(each, RangeCone)) for each in devices):
-        mounts |= {site: Pose2(0.0, 0.0, turns * math.tau * i / len(sites)) for i, site in enumerate(sites)}
+    for sites in (each.mounted_at() for each in devices):
+        mounts |= {site: Pose2(0.0, 0.0, math.tau * i / len(sites)) for i, site in enumerate(sites)}
     wheels = [each for each in motion if isinstance(each, Velocity)]
     motors = {name: factor for each in wheels for name, factor in zip(each.motors, each.factors, strict=True)}
     robot = FlatRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts, motors, name=agent)

@@ -5,7 +5,7 @@ MuJoCo itself is imported only when a world is constructed.
 
 from .body import Controls, Motors
 from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
-from .driver import DriverWorld, MujocoActuator, MujocoSensor
+from .driver import MujocoActuator, MujocoSensor
 from .nearness import Near
 from .rays import Rays
 from .world import Contact, MujocoWorld
@@ -13,7 +13,6 @@ from .world import Contact, MujocoWorld
 __all__ = [
     "Contact",
     "Controls",
-    "DriverWorld",
     "FreeObject",
     "Motors",
     "MujocoActuator",

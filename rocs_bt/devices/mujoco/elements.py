@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,6 @@ import numpy.typing as npt
 
 from ...base.errors import InputError, unknown
 from ..simulated.device import SimulatedSensor
-from ..simulated.ranges import RangeCone
-from .driver import MujocoSensor
 
 
 def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
@@ -25,22 +23,21 @@ def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
     known = [s.name for s in model.sites if s.name and "/" not in s.name]
     if missing := [site for site in sensor.mounted_at() if site not in known]:
         raise InputError(*(unknown(f"site for sensor '{name}'", site, known, "The model") for site in missing))
-    if isinstance(sensor, RangeCone):
-        _add_rangefinders(model, name, sensor)
-    elif isinstance(sensor, MujocoSensor):
-        sensor.prepare(model, name)
+    if rays := sensor.rangefinders():
+        _add_rangefinders(model, name, rays)
+    sensor.prepare(model, name)
 
 
-def _add_rangefinders(model: Any, name: str, cones: RangeCone) -> None:
-    """Add a rangefinder for each ray of conical beams: MuJoCo computes them together."""
+def _add_rangefinders(model: Any, name: str, rays: Mapping[str, Sequence[tuple[float, float]]]) -> None:
+    """Add a rangefinder for each ray, by the site of its origin: MuJoCo computes them together."""
     from .library import mujoco
 
     compiled = model.copy().compile()  # resolves every form of orientation in the file
-    for site in cones.sites:
+    for site, angles in rays.items():
         found = compiled.site(site)
         body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
         axis = z_axis(found.quat)
-        for ray, (left, up) in enumerate(cones.angles):
+        for ray, (left, up) in enumerate(angles):
             quat = np.zeros(4)
             mujoco.mju_quatZ2Vec(quat, _ray(axis, left, up))
             label = f"{name}/{site}/{ray}"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .driver import DriverWorld
+from .state import WorldState
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
@@ -30,7 +30,7 @@ class Scan:
     """
 
     def __init__(
-        self, world: DriverWorld, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float
+        self, world: WorldState, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float
     ) -> None:
         model = world.model
         self._world, self._reach, self._sweep = world, reach, sweep

@@ -26,20 +26,18 @@ _RAYS, _POSITION, _VELOCITY = range(3)  # stages of sensors: rangefinders, then 
 
 
 class WorldState:
-    """State of a simulated world in MuJoCo, protected by one lock.
+    """State of a simulated world in MuJoCo, protected by one lock. `Scene` describes the members that it declares.
 
     Elements of robots in the model have the robot's name as prefix.
 
     Attributes:
-        model, data: MuJoCo's model and state; hold `lock` to use them while another thread steps.
+        model, data: MuJoCo's model and state, which devices must not change; hold `lock` to use them while another
+            thread steps, and call `update_poses` before reading poses of sites or geoms.
         clock: Clock of the world.
         robots: Indices of the robots in the model, by name.
         objects: Named bodies that are no robots: mocap bodies, which scripts move, and free bodies, by name.
         parts: Names of objects that are parts of others, such as legs; `around` measures to the others only.
         step: Physics step [s].
-        lock: Lock of the state, held for each physics step and each read.
-        stamp: Time of the present state, on `clock` [s].
-        places: Positions of the places of the scenario by name, world frame; empty without a scenario.
         only_robots_move: Whether all movable bodies belong to robots.
     """
 
@@ -103,7 +101,6 @@ class WorldState:
         return pose
 
     def pose3(self, robot: str) -> Pose3:
-        """True pose of a robot's base in space, world frame."""
         q = self.body(robot).q
         with self.lock:
             state = self._qpos[q : q + 7].tolist()
@@ -116,7 +113,6 @@ class WorldState:
         return math.acos(max(-1.0, 1.0 - 2.0 * (i * i + j * j)))
 
     def position(self, robot: str) -> list[float]:
-        """True position of the origin of a robot's base: x, y, z [m], world frame."""
         q = self.body(robot).q
         with self.lock:
             return [*self._qpos[q : q + 3]]
@@ -130,7 +126,6 @@ class WorldState:
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
     def twist3(self, robot: str) -> Twist3:
-        """True velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
         body = self.body(robot)
         with self.lock:
             w, i, j, k = self._qpos[body.q + 3 : body.q + 7].tolist()
@@ -165,13 +160,11 @@ class WorldState:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def motor_speeds(self, motors: Motors) -> list[float]:
-        """True speeds of motors [rad/s]."""
         with self.lock:
             speeds = [self._qvel[j] for j in motors.joints]
         return self._unslipped(motors, speeds) if self._grip else speeds
 
     def motor_angles(self, motors: Motors) -> list[float]:
-        """True angles of motors since the start [rad]."""
         with self.lock:
             angles = [self._qpos[a] for a in motors.angles]
         return self._unslipped(motors, angles) if self._grip else angles
@@ -243,7 +236,6 @@ class WorldState:
             return self._clearance.room(self.data, np.array([x, y, z]))
 
     def sees(self, robot: str, other: str, height: float) -> bool:
-        """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
         here, there = self.pose(robot), self.pose(other)
         ends = (here.x, here.y, height), (there.x, there.y, height)
         with self.lock:
@@ -268,7 +260,6 @@ class WorldState:
         return int(self.model.sensor_adr[self._id("sensor", robot, name)])
 
     def beams(self, robot: str, sensor: str, sites: Sequence[str], angles: Sequence[tuple[float, float]]) -> Cast:
-        """Rays of a sensor with conical beams, for which its robot's model has rangefinders; see `Scene.beams`."""
         names = [f"{sensor}/{site}/{ray}" for site in sites for ray in range(len(angles))]
         addresses = np.array([self.sensor_address(robot, name) for name in names], dtype=np.intp)
 
@@ -279,7 +270,6 @@ class WorldState:
         return cast
 
     def direction(self, robot: str, site: str, axis: Literal["x", "z"]) -> tuple[float, float, float, float]:
-        """x, y [m], yaw and elevation [rad] of an axis of a site, body frame."""
         element = self.model.site(f"{robot}/{site}")
         x, y, _ = element.pos.tolist()
         if axis == "z":

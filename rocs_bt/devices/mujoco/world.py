@@ -34,7 +34,7 @@ _UNSTABLE = (
 
 
 class MujocoWorld(WorldState):
-    """Simulated world: an arena, robots and time in MuJoCo.
+    """Simulated world: an arena, robots and time in MuJoCo. `Scene` describes the members that it declares.
 
     Args:
         model: Compiled MjModel; elements of robots have the robot's name as prefix.
@@ -157,20 +157,6 @@ class MujocoWorld(WorldState):
         radius: float = 1.0,
         slip: Sequence[float] = (),
     ) -> Motors:
-        """Get a handle of velocity motors of a robot.
-
-        Args:
-            robot: Name of the robot.
-            names: Names of the motors in the robot's model, without the robot's prefix.
-            max_change: Maximum rate of change of a motor's speed [rad/s2].
-            delay: Delay of each command [s], a whole number of physics steps.
-            radius: Radius of the wheels [m].
-            slip: Share of the travel that each wheel loses, or one share for all; none by default.
-
-        Raises:
-            UnknownName: The model has no such actuator.
-            InputError: The delay is not a whole number of physics steps.
-        """
         self.body(robot)
         late = round(delay / self.step)
         if abs(late * self.step - delay) > 1e-6 * self.step:
@@ -189,7 +175,6 @@ class MujocoWorld(WorldState):
         return motors
 
     def scan(self, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float) -> Scan:
-        """Rays of a laser scanner; see `Scene.scan`."""
         return Scan(self, robot, site, bearings, reach, sweep)
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:

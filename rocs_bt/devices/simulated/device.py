@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self, cast
 
 import numpy as np
@@ -93,6 +93,21 @@ class SimulatedSensor(Bound, Value, Sensor):
     def mounted_at(self) -> Sequence[str]:
         """Names of the sites of the robot's model that the sensor needs; none by default."""
         return ()
+
+    def rangefinders(self) -> Mapping[str, Sequence[tuple[float, float]]]:
+        """Angles between each ray and the z axis of its site, left and up positive [rad], by site; none by default.
+
+        MuJoCo casts these rays together with its own sensors.
+        """
+        return {}
+
+    def prepare(self, model: Any, name: str) -> None:
+        """Add the elements that the sensor needs to a robot's model before MuJoCo compiles it; none by default.
+
+        Args:
+            model: `MjSpec` of the robot, in which names have no prefix yet.
+            name: Name of the sensor in robot.toml.
+        """
 
     def sample(self) -> list[float]:
         """Compute the values in the present state of the world, SI units, without noise; `world.lock` is held."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -63,6 +63,9 @@ class RangeCone(SimulatedSensor):
     def mounted_at(self) -> tuple[str, ...]:
         return self.sites
 
+    def rangefinders(self) -> Mapping[str, Sequence[tuple[float, float]]]:
+        return dict.fromkeys(self.sites, self.angles)
+
     @property
     def angles(self) -> list[tuple[float, float]]:
         """Angles between each ray of a beam and its axis, left and up positive [rad]."""
@@ -82,10 +85,11 @@ class RangeCone(SimulatedSensor):
         """Origins and directions of the beams, body frame, for displays."""
         from ...record.header import Beam
 
-        found, cone = [], 2.0 * self.half_angle
+        found, (nearest, reach), cone = [], self.range, 2.0 * self.half_angle
         for site in self.sites:
-            x, y, yaw, elevation = self.world.direction(self.robot, site, "z")
-            found.append(Beam(x=x, y=y, yaw=yaw, reach=self.range[1], cone=cone, elevation=elevation))
+            x, y, yaw, up = self.world.direction(self.robot, site, "z")
+            beam = Beam(x=x, y=y, yaw=yaw, reach=reach, nearest=nearest, name=site, cone=cone, elevation=up)
+            found.append(beam)
         return tuple(found)
 
 
@@ -143,7 +147,17 @@ class Lidar(SimulatedSensor):
 
         x, y, yaw, _ = self.world.direction(self.robot, self.site, "x")
         first, second = self.bearings[:2]
-        return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=self.rays, reach=self.range[1])
+        nearest, reach = self.range
+        return Fan(
+            x=x,
+            y=y,
+            yaw=yaw + first,
+            step=second - first,
+            rays=self.rays,
+            reach=reach,
+            nearest=nearest,
+            sweep=self.sweep,
+        )
 
 
 def _echoes(sensor: RangeCone | Lidar, faults_rng: np.random.Generator, ranges: Array) -> list[float]:

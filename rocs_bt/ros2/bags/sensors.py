@@ -10,7 +10,6 @@ from typing import Any
 from ... import event as ev
 from ...base.geometry import Pose3
 from ...catalog import RobotSpec, SensorSpec
-from ...devices.simulated import Lidar, RangeCone
 from ...record import BodyInfo
 from ..devices.parameters import Ros2SensorParameters
 from ..messages.names import BASE, MAP
@@ -151,15 +150,14 @@ class SensorTopics:
                 part = _Part(given.taken, channel, factors[:: len(given.all_topics)], repeats=True)
                 self._add(sensor, topic, given.type, part, *ends)
         elif fan := body.fans.get(sensor):
-            first, limits = -fan.step * (fan.rays - 1) / 2.0, self._limits(spec, fan.reach)
-            sweep = spec.parameters.sweep if spec and isinstance(spec.parameters, Lidar) else 0.0
-            times = (1.0 / (spec.rate or math.inf) if spec else 0.0, sweep)
+            first, limits = -fan.step * (fan.rays - 1) / 2.0, (fan.nearest, fan.reach)
+            times = (1.0 / (spec.rate or math.inf) if spec else 0.0, fan.sweep)
             channel = Channel(names.frame(sensor), first=first, step=fan.step, limits=limits, times=times)
             topic = "scan" if len(body.fans) == 1 else f"scan/{sensor}"
             self._add(sensor, topic, SCAN, _Part("ranges", channel, [1.0] * fan.rays), sensor)
         elif sensor in body.beams:
             for name, beam in zip(self._beam_names(sensor), body.beams[sensor], strict=True):
-                channel = Channel(names.frame(name), opening=beam.cone, limits=self._limits(spec, beam.reach))
+                channel = Channel(names.frame(name), opening=beam.cone, limits=(beam.nearest, beam.reach))
                 self._add(sensor, f"range/{name}", RANGE, _Part("range", channel, [1.0]), sensor)
         elif spec and driver == "gyro":
             part = _Part("turn_rate", Channel(names.frame(BASE)), [1.0])
@@ -197,16 +195,8 @@ class SensorTopics:
         alike = [s for s in self._sensors.values() if s.driver in kinds]
         return topic if len(alike) < 2 else f"{topic}/{spec.name}"
 
-    def _limits(self, spec: SensorSpec | None, reach: float) -> tuple[float, float]:
-        """Minimum and maximum range of a sensor [m]."""
-        given = spec.parameters if spec else None
-        return (given.range[0] if isinstance(given, (Lidar, RangeCone)) else 0.0), reach
-
     def _beam_names(self, sensor: str) -> Sequence[str]:
-        """Names of the beams of a sensor: its sites if known."""
-        count, spec = len(self._body.beams[sensor]), self._sensors.get(sensor)
-        sites = spec.parameters.sites if spec and isinstance(spec.parameters, RangeCone) else ()
-        return sites if len(sites) == count else [f"{sensor}{i}" for i in range(count)]
+        return [beam.name or f"{sensor}{i}" for i, beam in enumerate(self._body.beams[sensor])]
 
 
 def _width(named: tuple[str, _Part]) -> tuple[float, int]:

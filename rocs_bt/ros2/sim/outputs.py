@@ -94,7 +94,7 @@ def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: 
     return _output(sensor, rate, names, SCAN, {topic: channel}, lambda values: [{"ranges": values}])
 
 
-def _ranges(sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
+def _ranges(sensor: RangeCone, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Ranges of sensors with conical beams, one topic for each beam."""
     beams = {}
     for site in sensor.sites:
@@ -167,7 +167,7 @@ def _pose_fix(position: Position, orientation: Orientation, rate: Rate, names: R
     return _output(position, rate, names, POSE_FIX, {"pose": channel}, values, qos=STATE)
 
 
-def _values(sensor: Sensor, rate: Rate, names: RobotPublishers) -> Output:
+def _values(sensor: Sensor, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Values of a sensor for which there is no standard message."""
     publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", SENSORS, rate)
     return Output(sensor.name, rate, lambda: publisher.send({"data": np.asarray(sensor.read().values, np.float64)}))
@@ -220,20 +220,22 @@ def _sensor_outputs(devices: RobotDevices, names: RobotPublishers, links: RobotL
         if covered.isdisjoint(encoders.motors):
             covered.update(encoders.motors)
             yield _joints(encoders, devices.sensor_rates[encoders.name], names, links)
-    standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _scan), (Gyro, "imu", _imu))
-    others = (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)
     for sensor in devices.sensors.values():
-        rate = devices.sensor_rates[sensor.name]
-        for cls, topic, make in standard:
-            if isinstance(sensor, cls):
-                alone = len(_all(devices, cls)) == 1
-                yield make(sensor, topic if alone else f"{topic}/{sensor.name}", rate, names, links)
-                break
-        else:
-            if isinstance(sensor, RangeCone):
-                yield _ranges(sensor, rate, names, links)
-            elif not isinstance(sensor, others):
-                yield _values(sensor, rate, names)
+        cls, topic, make = next(row for row in _OUTPUTS if isinstance(sensor, row[0]))
+        if make is not None:
+            alone = len(_all(devices, cls)) == 1
+            rate = devices.sensor_rates[sensor.name]
+            yield make(sensor, topic if alone else f"{topic}/{sensor.name}", rate, names, links)
+
+
+_OUTPUTS: tuple[tuple[Any, str, Callable[..., Output] | None], ...] = (
+    (Lidar, "scan", _scan),
+    (RangeCone, "range", _ranges),
+    (Gyro, "imu", _imu),
+    *((cls, "", None) for cls in (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)),
+    (Sensor, "", _values),
+)
+"""Outputs by class of sensor: topic of the only sensor of the class, and its maker; None if another output has it."""
 
 
 def _encoders(devices: RobotDevices) -> list[WheelSpeed | WheelTravel]:
