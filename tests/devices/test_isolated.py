@@ -262,14 +262,6 @@ def test_the_main_process_stops_a_device_whose_driver_cannot_stop_it_in_its_proc
     assert log.last == END
 
 
-def test_a_process_that_dies_is_reported(tmp_path):
-    with linked(tmp_path) as (link, log):
-        link.command([0.1, 0.1])
-        until_commanded(log)
-        os.kill(log.process, signal.SIGKILL)
-        assert failure(link) == ("ended", "its process was ended by SIGKILL")
-
-
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_to_the_process_is_neutral_first(tmp_path, number, code):
     with linked(tmp_path) as (link, log):

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.base.geometry import Pose2, Twist2, along_arc
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.declare import checked
 from rocs_bt.devices.replay import ReplayActuator, replay_sensors
-from rocs_bt.devices.simulated import RangeCone
 from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.interfaces.safety import Limits, SafetyGate
@@ -29,39 +26,6 @@ speeds = st.floats(-1.0, 1.0)
 
 def robot(world: FlatWorld) -> FlatRobot:
     return FlatRobot(world, DRIVE, Pose2(0.0, 0.0), {"front": Pose2(0.2, 0.0, 0.0)}, {"l": 0.1, "r": 0.1})
-
-
-@given(speeds, speeds, st.floats(-3.0, 3.0), st.floats(0.001, 2.0))
-def test_an_arc_is_what_many_small_steps_are(left: float, right: float, yaw: float, duration: float) -> None:
-    twist, pose = DRIVE.twist(np.array([left, right])), Pose2(1.0, 2.0, yaw)
-    whole, parts = along_arc(pose, twist, duration), pose
-    for _ in range(64):
-        parts = along_arc(parts, twist, duration / 64)
-    assert whole.distance(parts) < 1e-9
-    assert math.cos(whole.yaw - parts.yaw) == pytest.approx(1.0)
-
-
-@given(speeds, st.floats(0.01, 1.0))
-def test_sideways_drives_go_sideways(left: float, duration: float) -> None:
-    pose = along_arc(Pose2(0.0, 0.0, math.pi / 2), Twist2(0.0, 0.0, left), duration)
-    assert pose == pytest.approx((-left * duration, 0.0, math.pi / 2), abs=1e-12)
-
-
-def test_a_mock_robot_does_as_commanded_and_says_so() -> None:
-    clock = SimulatedClock(0.1)
-    world = FlatWorld(clock, segments=[((2.0, -1.0), (2.0, 1.0))])
-    body = robot(world)
-    wheels = make_device(body.world, body.name, "wheels", "velocity", WHEELS)
-    wheels.command([0.5, 0.5])
-    for _ in range(10):
-        clock.advance()
-        world.advance(0.1)
-    assert body.pose == pytest.approx((0.5, 0.0, 0.0))
-    assert make_device(body.world, body.name, "p", "position", {}).read().values[:2] == pytest.approx([0.5, 0.0])
-    assert make_device(body.world, body.name, "e", "wheel_speed", WHEELS).read().values == pytest.approx([0.5, 0.5])
-    sonar = make_device(body.world, body.name, "s", "range_cone", {"sites": ["front"], "range": [0.1, 5.0]})
-    assert sonar.read().values == pytest.approx([1.3])
-    assert sonar.read().stamp == pytest.approx(1.0)
 
 
 def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
@@ -103,12 +67,6 @@ def test_unknown_mounts_and_motors_list_what_exists() -> None:
         make_device(body.world, body.name, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
     with pytest.raises(InputError, match=r"no motor is named 'm'.*The robot 'R1' has: l, r"):
         make_device(body.world, body.name, "wheels", "velocity", {"motors": ["l", "m"], "wheel_radius": 0.1})
-
-
-def test_all_faults_of_parameters_are_told_at_once() -> None:
-    with pytest.raises(InputError) as error:
-        checked(RangeCone, {"sites": "sonar0", "beams": 3}, "sensor 's'")
-    assert len(error.value.faults) == 3
 
 
 def test_a_replay_says_what_was_recorded_when_it_was() -> None:

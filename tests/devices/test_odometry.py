@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.devices.mujoco import MujocoWorld
@@ -30,14 +29,6 @@ def test_travel_is_in_whole_counts_and_grows_without_end() -> None:
     assert sensor.sample() == pytest.approx([0.0, eighth])
     robot.wheel_travel = [100.5 * eighth, -0.5 * eighth]
     assert sensor.sample() == pytest.approx([100.0 * eighth, 0.0])
-
-
-@pytest.mark.parametrize("wrong", [{"counts": 0}, {"counts": 1.5}, {}])
-def test_counts_must_make_sense(wrong: dict[str, float]) -> None:
-    world = FlatWorld(SimulatedClock(0.05))
-    robot = FlatRobot(world, DRIVE, Pose2(0.0, 0.0))
-    with pytest.raises(InputError, match="counts"):
-        make_device(robot.world, robot.name, "odometer", "wheel_travel", {**MOTORS, **wrong})
 
 
 def test_a_wheel_that_slips_has_rolled_all_the_same(make_world: Callable[..., MujocoWorld]) -> None:

@@ -1,4 +1,4 @@
-"""The static checks: for each a file that has the fault, told at its place, and one that has not."""
+"""Static checks of rules: for each a file with the fault and one without; tests/messages has the faults of reading."""
 
 import re
 
@@ -6,7 +6,6 @@ import pytest
 
 from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
 from rocs_bt.agent.build import thresholds
-from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.expression import Environment
@@ -17,41 +16,6 @@ from .examined import ACTIONS, ENVIRONMENT, FAR, NEAR, A, at, faults_of, file_of
 
 # What it is about; the file with the fault; where; what the message says; the file without.
 CASES = [
-    (
-        "unknown signal",
-        file_of((A, 'when = "min(frnt) < 0.4 m"')),
-        "3:13",
-        r"no signal or alias is named 'frnt'.*Did you mean 'front'",
-        file_of((A, NEAR)),
-    ),
-    (
-        "unknown action",
-        file_of((A, NEAR, 'action: name = "Trun"')),
-        "6:1",
-        r"no action is named 'Trun'.*Did you mean 'Turn'",
-        file_of((A, NEAR, 'action: name = "Turn"')),
-    ),
-    (
-        "unknown parameter",
-        file_of((A, NEAR, 'action: angel = "1 rad"')),
-        "7:1",
-        r"no parameter of Turn is named 'angel'.*Did you mean 'angle'",
-        file_of((A, NEAR, 'action: angle = "1 rad"')),
-    ),
-    (
-        "type",
-        file_of((A, 'when = "min(front)"')),
-        "3:9",
-        r"'when' must be true or false, but min\(front\) is in m",
-        file_of((A, NEAR)),
-    ),
-    (
-        "unit mismatch",
-        file_of((A, 'when = "speed > 0 m/s and min(front) < 0.4 m/s"')),
-        "3:27",
-        r"min\(front\) is in m and 0.4 m/s is in m/s",
-        file_of((A, 'when = "speed > 0 m/s and min(front) < 0.4 m"')),
-    ),
     (
         "never",
         file_of((A, 'when = "speed > 2 m/s"')),
@@ -165,20 +129,6 @@ CASES = [
         file_of((A, NEAR), ("B", 'when = "speed > 1 m/s"', 'action: name = "Go"', "priority = 6")),
     ),
     (
-        "no NaN policy",
-        file_of((A, NEAR, 'tags = ["safety"]')),
-        "2:1",
-        r"A has the tag safety, so it must declare 'on_invalid'",
-        file_of((A, NEAR, 'tags = ["safety"]', 'on_invalid = "trip"')),
-    ),
-    (
-        "hold without an end",
-        file_of((A, NEAR, 'on_invalid = "hold"')),
-        "4:1",
-        r"no 'max_hold'",
-        file_of((A, NEAR, 'on_invalid = "hold"', 'max_hold = "1 s"')),
-    ),
-    (
         "cooldown shorter than for",
         file_of((A, NEAR, 'for = "0.5 s"', 'cooldown = "0.2 s"')),
         "5:1",
@@ -233,27 +183,6 @@ CASES = [
         "7:1",
         r"speeds of Turn must be finite, but .* 'front\[0\] / 1 s' can be out of .* with front\[0\] = inf m",
         file_of((A, 'when = "min(rear) < 1 m"', 'action: speeds = ["min(front[0], 1 m) / 1 s", "0 m/s"]')),
-    ),
-    (
-        "unused alias",
-        file_of((A, NEAR), head='[alias]\nnear = "min(front)"\n'),
-        "3:1",
-        r"the alias 'near' is not used in this file",
-        file_of((A, 'when = "near < 0.4 m"'), head='[alias]\nnear = "min(front)"\n'),
-    ),
-    (
-        "unused threshold",
-        file_of((A, NEAR), head='[threshold]\nnear = "0.4 m"\n'),
-        "3:1",
-        r"the threshold 'near' is not used in this file",
-        file_of((A, 'when = "min(front) < near"'), head='[threshold]\nnear = "0.4 m"\n'),
-    ),
-    (
-        "name that is taken",
-        file_of((A, NEAR), head='[alias]\nspeed = "min(front)"\n'),
-        "3:1",
-        r"'speed' cannot be an alias",
-        file_of((A, 'when = "near < 1 m"'), head='[alias]\nnear = "min(front)"\n'),
     ),
 ]
 
@@ -415,8 +344,3 @@ def test_shipped_rules_are_clean_for_every_shipped_robot(robot, rules):
 
 def test_no_rules_are_no_fault():
     assert analyse_rules([], ENVIRONMENT, ACTIONS) == []
-
-
-def test_a_note_shows_its_weight():
-    assert str(Fault("x.", warning=True, note=True)) == "note: x."
-    assert isinstance(InputError(Fault("x.")).faults[0], Fault)

@@ -64,18 +64,11 @@ def test_an_operator_without_a_meaning_in_z3_leaves_the_question_open(text, part
     assert answer.example is None
 
 
-@pytest.mark.parametrize(
-    ("text", "steps", "why"),
-    [
-        ("wrap_angle(turn_rate * 3 s) == 0.123456789 rad and speed != 0 m/s", 1, "all questions about the rules"),
-        ("atan2(speed, 1 m/s) > 3 rad", None, "only a part of the meaning of 'atan2(speed, 1 m/s)' is known"),
-    ],
-)
-def test_an_open_question_says_why(text, steps, why):
-    node = parse(text, ENVIRONMENT)
+def test_an_open_question_says_that_all_steps_are_spent():
+    node = parse("wrap_angle(turn_rate * 3 s) == 0.123456789 rad and speed != 0 m/s", ENVIRONMENT)
     prover = Prover(ENVIRONMENT, [node])
-    prover._left = prover._left if steps is None else steps
-    assert prover._proved(node).unknown.startswith(why)
+    prover._left = 1
+    assert prover._proved(node).unknown.startswith("all questions about the rules together take more than ")
 
 
 def moments(draw):
@@ -347,14 +340,16 @@ def test_random_guards_are_decided_for_long(environment):
     print(f"{counts.total()} answers held against rows: {dict(counts)}")
 
 
-GROUPS = ("front", "left_gap", "right_gap", "rear")
-FAR = 30.0
+FAR, GROUPS = 30.0, ("front", "left_gap", "right_gap", "rear")
 
 
 def environment(beams):
     return Environment.packed(
         [
-            *(Signal(name, beams, (LENGTH,), bounds=(0.02, FAR)) for name in GROUPS),
+            *(
+                Signal(name, beams, (LENGTH,), bounds=(0.02, FAR))
+                for name in ("front", "left_gap", "right_gap", "rear")
+            ),
             Signal("goal_distance", 1, (LENGTH,), bounds=(0.0, 100.0)),
             Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5)),
             Signal("turn_rate", 1, (TURN_RATE,), bounds=(-3.0, 3.0)),
@@ -393,95 +388,3 @@ def test_guards_of_real_size_are_decided(text, possible, beams):
     answer, _ = judged(prover, node, rows_of(prover, VALUES, 200))
     assert not answer.unknown
     assert answer.never is not possible
-
-
-class BeamWriter:
-    """Random guards as people write them for robots."""
-
-    def __init__(self, seed):
-        self.draw = random.Random(seed)
-
-    def metres(self, low=0.1, high=2.0):
-        return f"{self.draw.uniform(low, high):.2f} m"
-
-    def group(self):
-        return self.draw.choice(GROUPS)
-
-    def number(self):
-        a, b = self.group(), self.group()
-        return self.draw.choice(
-            [
-                f"min({a})",
-                f"min({a}, {b})",
-                f"max({a})",
-                f"mean({a})",
-                f"mean(clip({a}, 0 m, {self.metres(0.5)}))",
-                f"max(min({a}), min({b}))",
-                f"min({a}, goal_distance)",
-                f"sum(clip({a}, 0 m, 1 m)) / 4",
-            ]
-        )
-
-    def limit(self):
-        return self.draw.choice(
-            [
-                self.metres(),
-                self.metres(),
-                f"min({self.metres()}, max(goal_distance - 0.07 m, 0.05 m))",
-                f"stop_distance + {self.metres(0.05, 0.4)}",
-                f"max({self.metres()}, abs(speed) * 1 s)",
-                f"goal_distance - {self.metres(0.05, 0.2)}",
-            ]
-        )
-
-    def comparison(self):
-        a, b, m = self.group(), self.group(), self.metres()
-        return self.draw.choice(
-            [
-                f"{self.number()} < {self.limit()}",
-                f"{self.number()} > {self.limit()}",
-                f"any({a} < {m})",
-                f"all({a} > {m})",
-                f"count({a} < {m}) >= {self.draw.randrange(1, 6)}",
-                f"speed > {self.draw.uniform(0, 1):.2f} m/s",
-                f"abs(speed) < {self.draw.uniform(0, 1):.2f} m/s",
-                f"mean(clip({a}, 0 m, 1 m)) - mean(clip({b}, 0 m, 1 m)) > {self.metres(0.05, 0.8)}",
-                f"abs(min({a}) - min({b})) > {self.metres(0.05, 1.0)}",
-                f"speed * 1 s > {self.number()} - {m}",
-                f"min_valid({a}, 3) < {m}",
-                f"side(mean({a}) - mean({b})) * turn_rate > {self.draw.uniform(0, 2):.1f} rad/s",
-            ]
-        )
-
-    def guard(self):
-        text = self.comparison()
-        for _ in range(self.draw.randrange(4)):
-            text = f"({text}) {self.draw.choice(['and', 'and', 'or'])} ({self.comparison()})"
-        return text
-
-
-def decide_beams(seeds, beams):
-    known, counts = environment(beams), Counter()
-    for seed in seeds:
-        writer = BeamWriter(seed)
-        a, b = (parse(writer.guard(), known) for _ in range(2))
-        prover = Prover(known, [a, b])
-        rows = rows_of(prover, VALUES, 500, seed)
-        for node in (a, negation(a), conjunction([a, b]), conjunction([a, negation(b)])):
-            answer, _ = judged(prover, node, rows)
-            counts["unknown" if answer.unknown else "never" if answer.never else "example"] += 1
-    return counts
-
-
-def test_random_guards_over_24_beams_are_decided():
-    counts = decide_beams(range(20, 30), 24)
-    assert counts["unknown"] == 0, counts
-    assert counts["never"] > 1, counts
-
-
-@pytest.mark.soak
-def test_random_guards_over_many_beams_for_long():
-    for beams in (8, 16, 24):
-        counts = decide_beams(range(1000, 1150), beams)
-        print(f"{beams} beams: {dict(counts)}")
-        assert counts["unknown"] <= 0.01 * counts.total()

@@ -6,8 +6,6 @@ from typing import Annotated
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.signal import Signal
@@ -91,17 +89,6 @@ def test_a_good_file_loads_with_all_its_parts(tmp_path):
     assert check_rules(write(tmp_path, GOOD), ENVIRONMENT, ACTIONS) == []
 
 
-def test_a_tie_is_refused_unless_the_actions_are_equal(tmp_path):
-    def rule(name, angle):
-        return f'[rule.{name}]\nwhen = "speed > 1 m/s"\npriority = 5\naction = {{ name = "Turn", angle = "{angle}" }}\n'
-
-    head = 'format = "reflex/1"\n'
-    load_rules(write(tmp_path, head + rule("A", "1 rad") + rule("B", "1 rad")), ENVIRONMENT, ACTIONS)
-    file = write(tmp_path, head + rule("A", "1 rad") + rule("B", "2 rad"))
-    with pytest.raises(InputError, match=r"turn.toml:8:1: B has the same priority 5 as A, but another action\."):
-        load_rules(file, ENVIRONMENT, ACTIONS)
-
-
 def test_all_ties_are_told_at_once(tmp_path):
     def rule(name, angle):
         return f'[rule.{name}]\nwhen = "speed > 1 m/s"\npriority = 5\naction = {{ name = "Turn", angle = "{angle}" }}\n'
@@ -144,64 +131,3 @@ def test_a_file_without_rules_and_a_missing_file(tmp_path):
 def test_a_table_that_was_read_already_loads_too():
     table = read_toml(Path("given.toml"), GOOD)
     assert load_rules(table, ENVIRONMENT, ACTIONS).rules[0].name == "given/Turn"
-
-
-junk = st.sampled_from(
-    ["", "0", '"', "[", "]", "=", "nan", "true", "{}", '"x"', "\n", "min(", "m/s", "\\", "é", "..", "-"]
-)
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.integers(0, len(GOOD)), st.integers(0, 12), st.one_of(junk, st.text(max_size=8)))
-def test_a_mutilated_file_is_loaded_or_refused(at, cut, put):
-    text = GOOD[:at] + put + GOOD[at + cut :]
-    try:
-        load_rules(read_toml(Path("fuzz.toml"), text), ENVIRONMENT, ACTIONS)
-    except InputError as error:
-        assert error.faults
-
-
-words = st.sampled_from(["", "front", "min(front) < 1 m", "1 m", "Turn", "trip"])
-values = st.recursive(
-    st.one_of(st.none(), st.booleans(), st.integers(-5, 5), st.floats(), words),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=2), st.dictionaries(st.sampled_from(["name", "angle", "x"]), inner, max_size=2)
-    ),
-    max_leaves=4,
-)
-KEYS = [
-    "when",
-    "until",
-    "for",
-    "cooldown",
-    "trigger",
-    "priority",
-    "on_invalid",
-    "max_hold",
-    "keep",
-    "action",
-    "tags",
-    "doc",
-    "x",
-]
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.dictionaries(st.sampled_from(KEYS), values, max_size=8))
-def test_any_value_at_any_key_is_loaded_or_refused(rule):
-    def toml(value):
-        if value is None:
-            return '"None"'
-        if isinstance(value, bool):
-            return str(value).lower()
-        if isinstance(value, list):
-            return f"[{', '.join(map(toml, value))}]"
-        if isinstance(value, dict):
-            return "{" + ", ".join(f"{k} = {toml(v)}" for k, v in value.items()) + "}"
-        return f'"{value}"' if isinstance(value, str) else repr(value)
-
-    text = 'format = "reflex/1"\n[rule.A]\n' + "".join(f"{k} = {toml(v)}\n" for k, v in rule.items())
-    try:
-        load_rules(read_toml(Path("fuzz.toml"), text), ENVIRONMENT, ACTIONS)
-    except InputError as error:
-        assert error.faults

@@ -150,11 +150,6 @@ def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):
         assert "actuator 'R2/wheels' raised: RuntimeError: a worm (wheels.py:" in robot.told()[-1][1]
 
 
-def test_a_driver_that_cannot_start_is_reported(robots, tmp_path):
-    with robots(tmp_path, "absent") as robot:
-        assert robot.told() == [["DeviceError", "there is no robot at the other end"]]
-
-
 def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
     (tmp_path / "robots" / "apart").mkdir(parents=True)
     (tmp_path / "robots" / "apart" / "robot.toml").write_text(
