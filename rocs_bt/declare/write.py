@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from ..base.units import NONE, Dimension
+from ..base.units import NONE, Dimension, parse_unit
 from .fields import Declared, Field, fields_of, given_of
-from .marks import InFile, Keys, Names, Rest, Word
+from .marks import InFile, InUnit, Keys, Names, Rest, Word
 
 
 def data_of(value: Declared) -> dict[str, Any]:
@@ -25,8 +26,15 @@ def data_of(value: Declared) -> dict[str, Any]:
         elif keys is not None and keys.here:
             data |= _keys(keys.cls, found)
         elif each.is_key:
-            data[each.key] = written(each, found)
+            data[each.key] = written(_with_unit(each, value), found)
     return data
+
+
+def _with_unit(each: Field, value: Declared) -> Field:
+    """The field, with the dimension of its numbers if another field names their unit."""
+    if (unit := each.mark(InUnit)) is None:
+        return each
+    return replace(each, marks=(*each.marks, parse_unit(vars(value)[unit.field]).dimension / unit.per))
 
 
 def written(each: Field, value: Any) -> Any:

@@ -15,23 +15,39 @@ single = true
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar
 
-from ...base.errors import Fault, InputError, KnowledgeError, UnitError
+from ...base.errors import Fault, InputError, KnowledgeError
 from ...base.geometry import Pose2
 from ...base.toml_table import Table, read_toml
 from ...base.toml_text import as_toml
-from ...base.units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
+from ...base.units import ANGLE, LENGTH, NONE, Bounds, Dimension, Quantity, convert, parse_unit
+from ...declare import (
+    InUnit,
+    OneOf,
+    Place,
+    Scope,
+    TableName,
+    Valid,
+    Value,
+    Wrong,
+    data_of,
+    has_key,
+    place_of,
+    read,
+    values_of,
+)
 from ..attribute import Attribute, Live
 from ..declaration import Kind, Relation
 from .schema import Schema, faults_of, joined_kind, joined_relation
 
-FORMAT = "schema/1"
+FORMAT: Final = "schema/1"
 POSE = (LENGTH, LENGTH, ANGLE)
 TYPES: Mapping[str, type] = {
     "number": float,
@@ -42,11 +58,180 @@ TYPES: Mapping[str, type] = {
     "pose": Pose2,
     "live": Live,
 }
+_ONLY = {
+    "unit": ("number", "numbers"),
+    "low": ("number", "integer", "numbers"),
+    "high": ("number", "integer", "numbers"),
+    "size": ("numbers",),
+    "choices": ("text",),
+}
+"""Types that have a key."""
 # Keywords of the query language (docs/knowledge.md), which cannot name a kind, relation or attribute.
 WORDS = frozenset(
     re.findall(r"\w+", "and or not if else inf True False no where order by descending limit give as of changed since")
 )
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+_ANY = Bounds(infinite=True)
+
+V = TypeVar("V", bound="_WithAttributes")
+
+
+def _is_name(text: str) -> bool:
+    return _NAME.fullmatch(text) is not None and text not in WORDS
+
+
+class _Declared(Value):
+    """Keys that kinds, relations and attributes have in common.
+
+    Attributes:
+        name: Name in the graph.
+        doc: Description, one sentence.
+        made: What the keys declare; None if a key has a fault.
+    """
+
+    name: Annotated[
+        str, TableName(), Valid(_is_name, "a valid name", "Use small letters, digits and _, and no query keyword.")
+    ]
+    doc: str = ""
+    made: ClassVar[Any] = None
+
+    def _check(self) -> Iterator[Wrong]:
+        try:
+            vars(self)["made"] = self._make()
+        except KnowledgeError as error:
+            yield Wrong(None, str(error))
+
+    def _make(self) -> Any:
+        return None
+
+
+class AttributeKeys(_Declared):
+    """Keys of an attribute.
+
+    Attributes:
+        type: Type of the values.
+        unit: Unit of the numbers, a base unit of SI.
+        required: Whether a node cannot be added without a value.
+        low, high: Lowest and highest allowed number.
+        size: Number of elements of a list; any without the key.
+        choices: Allowed texts; any without the key.
+        default: Value until the first write.
+    """
+
+    type: Annotated[str, OneOf(tuple(TYPES))]
+    unit: str = "1"
+    required: bool = False
+    low: Annotated[float, InUnit("unit"), _ANY] = -math.inf
+    high: Annotated[float, InUnit("unit"), _ANY] = math.inf
+    size: Annotated[int, Bounds(1.0)] = 0
+    choices: tuple[str, ...] = ()
+    default: Any = None
+
+    @classmethod
+    def _prepare(cls, table: Table, scope: Scope) -> None:
+        """Note the faults of a unit other than that of the graph, and of the default value."""
+        key = "unit"
+        try:
+            unit = parse_unit(text) if isinstance(text := table.data.get(key, "1"), str) else Quantity(1.0, NONE)
+            if unit.value != 1.0:
+                fault = Fault(f"the graph holds SI units; '{text}' is not one.", hint=f"Write '{unit.dimension}'.")
+                raise InputError(fault)
+            key = "default"
+            _stored(table.data.get("type"), unit.dimension, table.data.get(key))
+        except InputError as error:
+            table.adopt(key, error)
+
+    def _check(self) -> Iterator[Wrong]:
+        for key, types in _ONLY.items():
+            if has_key(self, key) and self.type not in types:
+                yield Wrong(key, f"{key} has no effect, because the type is '{self.type}'.")
+        with contextlib.suppress(InputError):  # a wrong default value, which is noted
+            yield from super()._check()
+
+    def _make(self) -> Attribute:
+        own = {key: value for key, value in values_of(self).items() if key not in ("name", "type", "unit")}
+        unit = parse_unit(self.unit).dimension
+        own["default"] = _stored(self.type, unit, self.default)
+        return Attribute(TYPES[self.type], POSE if self.type == "pose" else (unit,), **own)
+
+
+def _stored(word: object, unit: Dimension, value: Any) -> Any:
+    """Default value of a type in the form that the graph stores; not yet checked."""
+    if word == "number" and value is not None:
+        return convert(value, unit, "default")
+    if word not in ("numbers", "pose") or not isinstance(value, list):
+        return value
+    dimensions = POSE if word == "pose" else (unit,) * len(value)
+    if len(value) != len(dimensions):
+        raise InputError(f"default must have {len(dimensions)} values, found {len(value)}.")
+    numbers = [convert(one, of, "default") for one, of in zip(value, dimensions, strict=True)]
+    return Pose2(*numbers) if word == "pose" else tuple(numbers)
+
+
+class _WithAttributes(_Declared):
+    """Keys that kinds and relations have in common.
+
+    Attributes:
+        attributes: Attributes of the nodes or edges.
+    """
+
+    attributes: Mapping[str, AttributeKeys] = MappingProxyType({})
+
+    def _check(self) -> Iterator[Wrong]:
+        sound = all(keys.made is not None for keys in self.attributes.values())
+        yield from super()._check() if sound else ()
+
+    @property
+    def _own(self) -> dict[str, Any]:
+        return values_of(self) | {"attributes": {name: keys.made for name, keys in self.attributes.items()}}
+
+
+class KindKeys(_WithAttributes):
+    """Keys of a kind of node.
+
+    Attributes:
+        extends: Parent kind.
+    """
+
+    extends: str | None = None
+
+    def _make(self) -> Kind:
+        return Kind(**self._own)
+
+
+class RelationKeys(_WithAttributes):
+    """Keys of a relation.
+
+    Attributes:
+        sources, targets: Kinds of the nodes at which it starts and ends.
+        single: Whether a new edge replaces the one that a node has.
+        max_targets, max_sources: Maximum number of edges that start, and that end, at a node.
+    """
+
+    sources: tuple[str, ...]
+    targets: tuple[str, ...]
+    single: bool = False
+    max_targets: Annotated[int | None, Bounds(1.0)] = None
+    max_sources: Annotated[int | None, Bounds(1.0)] = None
+
+    def _make(self) -> Relation:
+        return Relation(**self._own)
+
+
+class SchemaFile(Value):
+    """Kinds of nodes and relations of the knowledge graph.
+
+    Attributes:
+        format: Format of the file.
+        doc: Description.
+        kind: Kinds of nodes.
+        relation: Relations between nodes.
+    """
+
+    format: Literal["schema/1"]
+    doc: str = ""
+    kind: Mapping[str, KindKeys] = MappingProxyType({})
+    relation: Mapping[str, RelationKeys] = MappingProxyType({})
 
 
 def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
@@ -65,11 +250,7 @@ def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
     for file in files:
         try:
             table = read_toml(file)
-        except InputError as error:
-            faults += error.faults
-            continue
-        reader.read(table)
-        try:
+            reader.read(table)
             table.done()
         except InputError as error:
             faults += error.faults
@@ -84,173 +265,52 @@ class _Reader:
     def __init__(self, base: Schema) -> None:
         self.kinds: dict[str, Kind] = dict(base.declared)
         self.relations: dict[str, Relation] = dict(base.relations)
-        self._positions: dict[tuple[str, ...], tuple[Path, int, int]] = {}
+        self._places: dict[tuple[str, ...], Place] = {}
 
     def read(self, table: Table) -> None:
         """Read one file, and record the faults that need no other file to be found."""
-        table.choice("format", [FORMAT])
-        table.text("doc", "")
-        for name, each in table.named_tables("kind").items():
-            if (kind := _read(name, each, _kind)) is not None:
-                with _blaming(each):
-                    self.kinds[name] = joined_kind(self.kinds.get(name), kind)
-                self._remember(("kind", name), each, kind.attributes)
-            self.kinds.setdefault(name, Kind(name))  # one with a fault is known to what names it
-        for name, each in table.named_tables("relation").items():
-            if (relation := _read(name, each, _relation)) is not None:
-                with _blaming(each):
-                    self.relations[name] = joined_relation(self.relations.get(name), relation)
-                self._remember(("relation", name), each, relation.attributes)
+        found = read(SchemaFile, table)
+        for kind in found.kind.values():
+            self._add("kind", kind, self.kinds, joined_kind, table)
+            self.kinds.setdefault(kind.name, Kind(kind.name))  # one with a fault is known to what names it
+        for relation in found.relation.values():
+            self._add("relation", relation, self.relations, joined_relation, table)
 
-    def _remember(self, path: tuple[str, str], table: Table, attributes: Iterable[str]) -> None:
-        for key in table.data:
-            self._positions[*path, key] = table.file, *table.position(key)
-        for key in attributes:
-            position = table.positions.get((*table.key, "attributes", key), table.position())
-            self._positions[*path, "attributes", key] = table.file, *position
+    def _add(self, what: str, of: _WithAttributes, known: dict[str, Any], join: Any, table: Table) -> None:
+        if of.made is None:
+            return
+        try:
+            known[of.name] = join(known.get(of.name), of.made)
+        except KnowledgeError as error:
+            table.faults.append(Fault(str(error), *place_of(of)))
+        paths = [(key,) for key in values_of(of) if has_key(of, key)] + [("attributes", key) for key in of.attributes]
+        self._places |= {(what, of.name, *path): place_of(of, *path) for path in paths}
 
     def unlinked(self) -> list[Fault]:
         """Faults of references between declarations, such as an unknown kind in `extends`, with positions."""
-        return [Fault(message, *self._positions[path]) for path, message in faults_of(self.kinds, self.relations)]
-
-
-@contextmanager
-def _blaming(table: Table, key: str | None = None) -> Iterator[None]:
-    """Context that reports a KnowledgeError of a declaration as a fault of a table's key."""
-    try:
-        yield
-    except KnowledgeError as error:
-        table.fault(key, str(error))
-
-
-T = TypeVar("T")
-
-
-def _read(name: str, table: Table, read: Callable[[str, Table], T]) -> T | None:
-    """Read a declaration from a table; None if it has a fault, which is recorded."""
-    if not _NAME.fullmatch(name) or name in WORDS:
-        table.fault(
-            None, f"'{name}' is not a valid name.", hint="Use small letters, digits and _, and no query keyword."
-        )
-    before = len(table.faults)
-    declared = None
-    with _blaming(table):
-        declared = read(name, table)
-    return declared if len(table.faults) == before else None
-
-
-def _kind(name: str, table: Table) -> Kind:
-    extends = table.text("extends", "") or None
-    return Kind(name, _attributes(table), table.text("doc", ""), extends)
-
-
-def _relation(name: str, table: Table) -> Relation:
-    return Relation(
-        name,
-        tuple(table.texts("sources")),
-        tuple(table.texts("targets")),
-        _attributes(table),
-        table.flag("single", False),
-        table.text("doc", ""),
-        table.integer("max_targets", 0, low=1) or None,
-        table.integer("max_sources", 0, low=1) or None,
-    )
-
-
-def _attributes(table: Table) -> dict[str, Attribute]:
-    found = {name: _read(name, each, _attribute) for name, each in table.named_tables("attributes").items()}
-    return {name: attribute for name, attribute in found.items() if attribute is not None}
-
-
-def _attribute(name: str, table: Table) -> Attribute:
-    word = table.choice("type", TYPES)
-    kind = TYPES.get(word, float)
-    dimensions = (_unit(table),) if kind in (float, tuple) else POSE if kind is Pose2 else (NONE,)
-    low, high = -math.inf, math.inf
-    if kind in (float, int, tuple):
-        low = table.quantity("low", dimensions[0], -math.inf, high=math.inf)
-        high = table.quantity("high", dimensions[0], math.inf, high=math.inf)
-    return Attribute(
-        kind,
-        dimensions,
-        required=table.flag("required", False),
-        low=low,
-        high=high,
-        default=_default(table, kind, dimensions),
-        size=table.integer("size", 0, low=1) if kind is tuple else 0,
-        choices=tuple(table.texts("choices", [])) if kind is str else (),
-        doc=table.text("doc", ""),
-    )
-
-
-def _unit(table: Table) -> Dimension:
-    """The dimension of `unit`, which must be an SI base unit, as the graph holds SI values."""
-    text = table.text("unit", "1")
-    try:
-        unit = parse_unit(text)
-    except UnitError as error:
-        table.adopt("unit", error)
-        return NONE
-    if unit.value != 1.0:
-        table.fault("unit", f"the graph holds SI units; '{text}' is not one.", hint=f"Write '{unit.dimension}'.")
-    return unit.dimension
-
-
-def _default(table: Table, kind: type, dimensions: tuple[Dimension, ...]) -> Any:
-    """Default value in SI units, in the form that the graph stores; not yet checked. None if there is none."""
-    value = table.raw("default", None)
-    try:
-        if kind is float and value is not None:
-            return convert(value, dimensions[0], "default")
-        if kind in (tuple, Pose2) and isinstance(value, list):
-            each = dimensions if kind is Pose2 else dimensions * len(value)
-            numbers = [convert(v, d, "default") for v, d in zip(value, each, strict=True)]
-            return Pose2(*numbers) if kind is Pose2 else tuple(numbers)
-    except UnitError as error:
-        table.adopt("default", error)
-    except ValueError:
-        table.fault("default", f"default must have {len(each)} values, found {len(value)}.")
-    return value
-
-
-_WORDS = {kind: word for word, kind in TYPES.items()}
+        return [Fault(message, *self._places[path]) for path, message in faults_of(self.kinds, self.relations)]
 
 
 def schema_text(schema: Schema) -> str:
     """The text of a schema file from which `load_schema` reads an equal schema."""
-    kinds = {kind.name: _declaration_data(kind, ("doc", "extends")) for kind in schema.declared.values()}
-    keys = ("doc", "sources", "targets", "single", "max_targets", "max_sources")
-    relations = {relation.name: _declaration_data(relation, keys) for relation in schema.relations.values()}
-    return as_toml({"format": FORMAT, "kind": kinds, "relation": relations}, levels=3)
+    kinds = {kind.name: _keys_of(KindKeys, kind) for kind in schema.declared.values()}
+    relations = {relation.name: _keys_of(RelationKeys, relation) for relation in schema.relations.values()}
+    return as_toml(data_of(SchemaFile(format=FORMAT, kind=kinds, relation=relations)), levels=3)
 
 
-def _declaration_data(of: Kind | Relation, keys: Iterable[str]) -> dict[str, Any]:
-    given = {key: value for key in keys if (value := getattr(of, key)) not in (None, "", False)}
-    attributes = {name: _attribute_data(attribute) for name, attribute in of.attributes.items()}
-    return given | ({"attributes": attributes} if attributes else {})
+def _keys_of(cls: type[V], of: Kind | Relation) -> V:
+    attributes = {name: _attribute_keys(name, attribute) for name, attribute in of.attributes.items()}
+    return cls(**vars(of) | {"attributes": attributes})
 
 
-def _attribute_data(attribute: Attribute) -> dict[str, Any]:
-    unit, bounds = attribute.dimensions[0], {"low": attribute.low, "high": attribute.high}
-    return {
-        "type": _WORDS[attribute.type],
-        "unit": str(unit) if attribute.type in (float, tuple) and unit != NONE else None,
-        "required": attribute.required or None,
-        **{key: _quantity(bound, unit) for key, bound in bounds.items() if not math.isinf(bound)},
-        "size": attribute.size or None,
-        "choices": attribute.choices or None,
-        "default": _default_data(attribute),
-        "doc": attribute.doc or None,
-    }
-
-
-def _default_data(attribute: Attribute) -> Any:
-    value, dimensions = attribute.default, attribute.dimensions
-    if isinstance(value, (tuple, Pose2)):
-        each = dimensions if isinstance(value, Pose2) else dimensions * len(value)
-        return [_quantity(v, d) for v, d in zip(value, each, strict=True)]
-    return _quantity(value, dimensions[0]) if isinstance(value, float) else value
-
-
-def _quantity(value: float, unit: Dimension) -> float | str:
-    return value if unit == NONE and not math.isinf(value) else f"{value!r} {unit}"
+def _attribute_keys(name: str, of: Attribute) -> AttributeKeys:
+    word = next(word for word, kind in TYPES.items() if kind is of.type)
+    unit = str(of.dimensions[0]) if of.type in (float, tuple) else "1"
+    default = of.default
+    if isinstance(default, (tuple, Pose2)):
+        units = of.dimensions if isinstance(default, Pose2) else of.dimensions * len(default)
+        default = [f"{number!r} {unit}" for number, unit in zip(default, units, strict=True)]
+    elif isinstance(default, float):
+        default = f"{default!r} {unit}"
+    known = vars(of) | {"name": name, "type": word, "unit": unit, "default": default}
+    return AttributeKeys(**{key: known[key] for key in AttributeKeys._names})
