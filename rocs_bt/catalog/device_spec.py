@@ -14,7 +14,7 @@ from ..base.clock import Clock
 from ..base.errors import Fault, InputError, did_you_mean
 from ..base.geometry import Pose2
 from ..base.python_content import is_reference
-from ..base.toml_table import Table
+from ..base.toml_table import KnownKey, Table
 from ..base.units import FREQUENCY, NOT_NEGATIVE, TIME, Bounds, Dimension, parse_quantity, parse_unit
 from ..declare import (
     Content,
@@ -62,7 +62,9 @@ def _driver_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DriverKeys
     if any(driver in shipped for shipped in SIMULATED.values()):
         hint = did_you_mean(driver, SIMULATED[kind], "The simulation")
         table.fault("driver", f"'{driver}' is no driver of {kind}s.", hint)
-    return Open.of(table, {key: table.raw(key) for key in table.data if key not in table.known})
+    own = {key: value for key, value in table.data.items() if key not in table.known}
+    table.known.update(dict.fromkeys(own, KnownKey()))
+    return Open.of(table, own)
 
 
 def _to_si(value: Any) -> Any:

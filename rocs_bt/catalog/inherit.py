@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
-from ..base.toml_table import Table, read_toml
+from ..base.toml_table import KnownKey, Table, read_toml
 from ..base.toml_text import Key
 from ..declare import Open
 from .device_spec import DEVICES, wiring_keys
@@ -56,11 +56,13 @@ def read_with_base(file: Path, find: FindBase = no_base) -> Table:
 
 def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
     """Merge a root table with its chain of bases; see `read_with_base`."""
-    name, file = own.text("base", ""), own.file
+    own.known["base"] = KnownKey("a text")
+    name, file = own.data.get("base"), own.file
     readers = (*readers, file.resolve())
     if "base" not in own:
         return own
-    if not isinstance(own.data["base"], str):
+    if not isinstance(name, str):
+        own.fault("base", f"base must be a text, found {name!r}.")
         raise InputError(*own.faults)
     try:
         path = find(name)
@@ -70,7 +72,7 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
     except InputError as error:
         raise error.at(file, *own.position("base")) from error
     merged = overlaid(own, base, own.position("base"))
-    merged.text("base")
+    merged.known["base"] = own.known["base"]
     return merged
 
 

@@ -110,7 +110,8 @@ def _kinds() -> Mapping[str, type[LocomotionSpec]]:
 def _registered_tables(table: Table, done: Mapping[str, Any]) -> Mapping[str, Any]:
     names = registered("rocs_bt.tables")
     table.known.update(dict.fromkeys(names, KnownKey("a table")))
-    return {name: read(load("rocs_bt.tables", name), table.table(name)) for name in names if name in table}
+    fields = [Field.annotated(name, load("rocs_bt.tables", name), None, Value) for name in names if name in table]
+    return {each.key: read_key(each, table) for each in fields}
 
 
 class RobotSpec(Value):

@@ -309,7 +309,7 @@ def _is_content(path: Path) -> bool:
 def _kind_inside(path: Path) -> str | None:
     """Kind of a file outside a project's folders, such as `mission`, found from what the file contains."""
     if path.suffix == ".toml":
-        kind = str(read_toml(path).raw("format", "")).partition("/")[0]
+        kind = str(read_toml(path).data.get("format", "")).partition("/")[0]
         return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)
     if path.suffix in (*TREES, ".urdf", ".sdf"):
         return xml_kind(path)

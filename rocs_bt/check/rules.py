@@ -45,7 +45,7 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             if mission:  # otherwise no scenario combines this robot with these rules
                 yield from rule_misfits(rules.rules, actions, knowledge)
     for sentence, rule in inactive_rules([*inactive]):
-        yield Fault(sentence, warning=True, note=True).at(*_place(rule))
+        yield Fault(sentence, warning=True, note=True).at(*rule.position)
 
 
 def examined(
@@ -66,7 +66,7 @@ def inactive_faults(rules: RuleSet, robot: str, catalog: Catalog) -> Iterable[Fa
     for name, rule in unknown_names.items():
         if name not in known:
             fault = unknown("signal", name, known | {*OPTIONAL_SIGNALS})
-            yield replace(fault, message=f"no robot has a signal '{name}'.").at(*_place(rule))
+            yield replace(fault, message=f"no robot has a signal '{name}'.").at(*rule.position)
     if rules.inactive and not rules.rules:
         missing = sorted({name for rule in rules.inactive for name in rule.missing})
         message = f"all rules of '{rules.name}' are inactive: robot '{robot}' has no signal {listed(missing)}."
@@ -92,10 +92,6 @@ def inactive_rules(found: Sequence[tuple[str, InactiveRule]]) -> list[tuple[str,
 def _knowledge(robot: RobotSpec, catalog: Catalog) -> Knowledge:
     """Knowledge of an agent of a robot, which is only read."""
     return catalog.cached(("knowledge", robot.file), lambda: stub_agent(robot, catalog.load_class).knowledge)
-
-
-def _place(rule: InactiveRule) -> tuple[Path, int, int]:
-    return rule.position.file, rule.position.line, rule.position.column
 
 
 def _signals(catalog: Catalog) -> set[str]:

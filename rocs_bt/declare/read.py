@@ -234,7 +234,8 @@ class _Reading:
         each = self.field
         if each.is_table:
             if not isinstance(value, dict):
-                self._wrong("a table", value)
+                header = ".".join(map(str, (*table.key, key)))
+                table.fault(key, f"{key} must be a table, found {value!r}.", f"Write it as [{header}].")
                 return self._harmless()
             return self._table(table.child(value, key, *path))
         if each.parts:

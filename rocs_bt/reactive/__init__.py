@@ -9,7 +9,7 @@ from .choose_backend import choose_backend
 from .include import included_files
 from .reactive_model import ReactiveModel, Reflex
 from .reflex_arc import ReflexArc
-from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, RuleTest
+from .rule import Argument, InactiveRule, OnInvalid, Rule, RuleSet, RuleTest
 from .rule_file import check_rules, load_rules, required_signals
 from .rule_model import RuleModel
 from .rule_table import RuleTable, lower_rules
@@ -23,7 +23,6 @@ __all__ = [
     "Machine",
     "OnInvalid",
     "Override",
-    "Position",
     "ReactiveModel",
     "Reflex",
     "ReflexArc",

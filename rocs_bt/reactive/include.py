@@ -8,6 +8,8 @@ from pathlib import Path
 from ..base.errors import InputError
 from ..base.files import confined, is_file, read_text
 from ..base.toml_table import Table, read_toml
+from ..declare import read
+from .rule_keys import RuleFile
 
 MAX_FILES = 50
 
@@ -18,10 +20,12 @@ class Document:
 
     Attributes:
         table: Root table of the file.
+        keys: Its keys; their faults are in the table.
         lines: Lines of the file; empty if its text is not available.
     """
 
     table: Table
+    keys: RuleFile
     lines: list[str]
 
 
@@ -57,8 +61,8 @@ def project_of(file: Path) -> Path:
 
 def _gather(table: Table, above: list[Path], found: dict[Path, Document], project: Path) -> None:
     path = table.file.resolve()
-    chain = [*above, path]
-    for named in table.texts("include", []):
+    chain, keys = [*above, path], read(RuleFile, table)
+    for named in keys.include:
         target = table.file.parent / named
         try:
             resolved = confined(named, table.file.resolve().parent, (project,))
@@ -70,7 +74,7 @@ def _gather(table: Table, above: list[Path], found: dict[Path, Document], projec
             table.fault("include", f"the files include each other: {' -> '.join([*names, resolved.name])}.")
         elif resolved not in found:
             _include(table, target, chain, found, project)
-    found[path] = Document(table, _lines(table.file))
+    found[path] = Document(table, keys, _lines(table.file))
 
 
 def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Document], project: Path) -> None:

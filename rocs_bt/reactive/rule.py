@@ -10,22 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..base.units import Dimension
+from ..declare import Place
 from ..expression import Expression, Node
-
-
-@dataclass(frozen=True)
-class Position:
-    """Position in a source file.
-
-    Attributes:
-        file: Path of the file.
-        line: Line, 1-based; 0 if unknown.
-        column: Column, 1-based, of the key or of the first character of an expression; 0 if unknown.
-    """
-
-    file: Path
-    line: int = 0
-    column: int = 0
 
 
 @dataclass(frozen=True)
@@ -42,7 +28,7 @@ class Expected:
     sample: int
     fires: bool | None
     parameters: Mapping[str, Any]
-    position: Position
+    position: Place
 
 
 @dataclass(frozen=True)
@@ -61,7 +47,7 @@ class RuleTest:
     samples: tuple[tuple[float, tuple[float, ...]], ...]
     expected: tuple[Expected, ...]
     mode: str
-    position: Position
+    position: Place
 
 
 class OnInvalid(Enum):
@@ -133,7 +119,7 @@ class Rule:
     waits_for: str = ""
     doc: str = ""
     tests: tuple[RuleTest, ...] = field(default=(), compare=False)
-    positions: Mapping[str, Position] = field(default_factory=dict, compare=False)
+    positions: Mapping[str, Place] = field(default_factory=dict, compare=False)
 
     def nodes(self) -> Iterator[Node]:
         """Typed trees of all expressions of the rule: `when`, `until`, then the action's parameters."""
@@ -174,7 +160,7 @@ class InactiveRule:
 
     name: str
     missing: tuple[str, ...]
-    position: Position
+    position: Place
 
 
 @dataclass(frozen=True)

@@ -27,31 +27,25 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..base.errors import Fault, InputError, unknown
 from ..base.signal import OPTIONAL_SIGNALS
 from ..base.toml_table import Table
+from ..declare import Place, fields_of, has_key, place_of
 from ..expression import Environment, one_for_each_signal
 from ..interfaces.action import Action
-from .arguments import ExpressionReader, read_action, read_arguments
+from .arguments import ExpressionReader, parameters_in, read_arguments
 from .include import Document, read_documents
-from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, tie, ties
+from .rule import InactiveRule, OnInvalid, Rule, RuleSet, tie, ties
+from .rule_keys import RuleKeys
 from .rule_test import read_tests
-from .threshold import NAME, Override, read_thresholds, usable
+from .threshold import Override, read_thresholds, usable
 
-FORMAT = "reflex/1"
-MAX_PRIORITY = 1_000_000
 MAX_RULES = 5000  # including those of included files
-_KEYS = (
-    *("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "require"),
-    "waits_for",
-    "action",
-)
-_Read = tuple[Rule | InactiveRule | None, Table]
-"""Rule and its table; None if the rule's guard is invalid."""
+_Read = tuple[Rule | InactiveRule | None, RuleKeys]
+"""Rule and its keys; None if the rule's guard is invalid."""
 
 
 def load_rules(
@@ -110,22 +104,21 @@ def read_rules(
     documents = read_documents(file)
     top = documents[-1].table
     label = name or top.file.stem
-    for document in documents:
-        document.table.choice("format", [FORMAT])
     thresholds, faults = read_thresholds(documents, environment, overrides, label)
     for key, node in thresholds.items():
         environment = environment.with_alias(key, node)
-    doc, rules = top.text("doc", ""), list[_Read]()
-    required = {signal for document in documents for signal in _names(document.table.data)}
-    missing = (required | OPTIONAL_SIGNALS.keys()) - environment.signals.keys()
+    rules = list[_Read]()
+    missing = (_required(documents) | OPTIONAL_SIGNALS.keys()) - environment.signals.keys()
     absent = dict[str, tuple[str, ...]]({signal: (signal,) for signal in missing})
     for document in documents:
-        environment = _read_document(document, environment, label, actions, rules, absent)
+        reader = ExpressionReader(document, environment, absent)
+        _aliases(reader, document)
+        _read_rules(reader, document, label, actions, rules)
+        environment = reader.environment
     if not rules and not any(document.table.faults for document in documents):
         top.fault(None, "the file has no rule.", hint="Write one as [rule.Name] with when, priority and action.")
-    _refuse_ties(rules)
+    _refuse_ties(reader, rules)
     for document in documents:
-        document.table.raw("doc", "")
         with contextlib.suppress(InputError):  # the table keeps its faults, with warnings
             document.table.done()
         faults.extend(one_for_each_signal(document.table.faults))
@@ -133,7 +126,7 @@ def read_rules(
         name=label,
         rules=tuple(rule for rule, _ in rules if isinstance(rule, Rule)),
         inactive=tuple(rule for rule, _ in rules if isinstance(rule, InactiveRule)),
-        doc=doc,
+        doc=documents[-1].keys.doc,
         files=tuple(document.table.file for document in documents),
         thresholds={key: float(node.value) for key, node in thresholds.items()},
         dimensions={key: node.kind.dimension for key, node in thresholds.items() if node.kind.dimension is not None},
@@ -141,50 +134,41 @@ def read_rules(
     return found, faults
 
 
-def _read_document(
-    document: Document,
-    environment: Environment,
-    label: str,
-    actions: Mapping[str, type[Action]],
-    rules: list[_Read],
-    absent: dict[str, tuple[str, ...]],
-) -> Environment:
-    """Append the rules of one file to `rules`; return the environment with the aliases of the file."""
-    table, reader = document.table, ExpressionReader(document.table, environment, document.lines, absent)
-    _aliases(reader)
+def _read_rules(
+    reader: ExpressionReader, document: Document, label: str, actions: Mapping[str, type[Action]], rules: list[_Read]
+) -> None:
+    """Append the rules of one file to `rules`."""
     before = {rule.name for rule, _ in rules if rule is not None}
-    for key, child in table.named_tables("rule").items():
+    for key, keys in document.keys.rule.items():
         if len(rules) >= MAX_RULES:
-            child.fault(None, f"a rule file can have at most {MAX_RULES} rules, with its included files.")
+            reader.fault(keys, "", f"a rule file can have at most {MAX_RULES} rules, with its included files.")
             break
         if f"{label}/{key}" in before:
-            child.fault(None, f"an included file already has a rule named '{key}'.", hint="Use another name.")
-        rules.append((_rule(reader, child, f"{label}/{key}", actions), child))
-    return reader.environment
+            fault = Fault(f"an included file already has a rule named '{key}'.", hint="Use another name.")
+            reader.fault(keys, "", fault)
+        rules.append((_rule(reader, keys, f"{label}/{key}", actions), keys))
 
 
 def required_signals(file: Path | Table) -> set[str]:
     """Names of the signals that rules of a file or of its included files require; none if the file cannot be read."""
     try:
-        documents = read_documents(file)
+        return _required(read_documents(file))
     except InputError:
         return set()
-    return {name for document in documents for name in _names(document.table.data)}
 
 
-def _names(data: Mapping[str, Any]) -> Iterator[str]:
-    rules = data.get("rule")
-    for rule in rules.values() if isinstance(rules, dict) else ():
-        require = rule.get("require") if isinstance(rule, dict) else ()
-        yield from (name for name in require if isinstance(name, str)) if isinstance(require, list) else ()
+def _required(documents: Sequence[Document]) -> set[str]:
+    return {name for document in documents for keys in document.keys.rule.values() for name in keys.require}
 
 
-def _aliases(reader: ExpressionReader) -> None:
-    table = reader.root.table("alias")
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-        text = table.text(key)
-        if not usable(key, reader.environment.names):
-            table.fault(key, f"'{key}' cannot be an alias.", hint="It must be a new word: no signal, function or unit.")
+def _aliases(reader: ExpressionReader, document: Document) -> None:
+    table = document.keys.alias
+    for key, text in table.items():
+        if not isinstance(text, str):
+            reader.fault(table, key, f"{key} must be a text, found {text!r}.")
+        elif not usable(key, reader.environment.names):
+            hint = "It must be a new word: no signal, function or unit."
+            reader.fault(table, key, Fault(f"'{key}' cannot be an alias.", hint=hint))
         elif missing := reader.missing(text):
             reader.absent[key] = missing
         elif (node := reader.node(table, key, text)) is not None:
@@ -192,145 +176,68 @@ def _aliases(reader: ExpressionReader) -> None:
 
 
 def _rule(
-    reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]
+    reader: ExpressionReader, keys: RuleKeys, name: str, actions: Mapping[str, type[Action]]
 ) -> Rule | InactiveRule | None:
-    """Read one rule; None if its guard is invalid."""
-    short = name.rpartition("/")[2]
-    if not NAME.fullmatch(short):
-        table.fault(None, f"'{short}' cannot be a rule's name.", hint="Use letters, digits and '_'.")
-    require = _required(table)
-    if missing := tuple(signal for signal in require if signal not in reader.environment.signals):
-        _read_inactive(reader, table, short, actions)
-        return InactiveRule(name, missing, reader.position(table, "require"))
-    tags = tuple(table.texts("tags", []))
-    when = reader.guard(table, "when")
-    until = reader.guard(table, "until") if "until" in table else None
-    on_invalid, max_hold = _on_invalid(reader, table, short, tags)
-    action, arguments = "", dict[str, Argument]()
-    if isinstance(table.raw("action"), dict):
-        action, arguments = read_arguments(reader, table.table("action"), actions)
-    elif "action" in table:
-        table.fault("action", f"action must be a table, found {table.raw('action')!r}.", hint="Write [rule.X.action].")
+    """Make one rule; None if its guard is invalid. Of an inactive rule, the parts without signals are checked."""
+    hold, cooldown, max_hold = (
+        reader.duration(keys, key, value)
+        for key, value in (("for", keys.hold), ("cooldown", keys.cooldown), ("max_hold", keys.max_hold))
+    )
+    for key, message, hint, _ in keys.misfits():
+        reader.fault(keys, key or "", Fault(message, hint=hint))
+    if missing := tuple(signal for signal in keys.require if signal not in reader.environment.signals):
+        if keys.action is not None:
+            parameters_in(reader, keys.action, actions)
+        return InactiveRule(name, missing, place_of(keys, "require"))
+    when, until = reader.guard(keys, "when", keys.when), reader.guard(keys, "until", keys.until)
+    arguments = {} if keys.action is None else read_arguments(reader, keys.action, actions)
+    action = "" if keys.action is None else keys.action.name
+    for kept in keys.keep:
+        if kept not in arguments:
+            reader.fault(keys, "keep", unknown("parameter of the action", kept, arguments, "The action"))
     rule = Rule(
         name=name,
-        doc=table.text("doc", ""),
-        tags=tags,
-        modes=_modes(table),
-        require=require,
-        waits_for=_waits_for(table),
+        doc=keys.doc,
+        tags=keys.tags,
+        modes=keys.modes,
+        require=keys.require,
+        waits_for=keys.waits_for.strip(),
         when=when or reader.never,
         until=until,
-        hold=reader.duration(table, "for"),
-        cooldown=reader.duration(table, "cooldown"),
-        level=table.choice("trigger", ["edge", "level"], "edge") == "level",
-        priority=_priority(table),
-        on_invalid=on_invalid,
+        hold=hold,
+        cooldown=cooldown,
+        level=keys.trigger == "level",
+        priority=keys.priority,
+        on_invalid=OnInvalid(keys.on_invalid),
         max_hold=max_hold,
         action=action,
         arguments=arguments,
-        keep=_kept(table, arguments),
-        tests=read_tests(table, short, reader.environment, actions.get(action)),
-        positions=_positions(reader, table),
+        keep=keys.keep,
+        tests=read_tests(keys.test, keys.name, reader.environment, actions.get(action), reader.faults),
+        positions=_positions(reader, keys),
     )
     return rule if when else None
 
 
-def _required(table: Table) -> tuple[str, ...]:
-    require = table.texts("require", [])
-    for name in require:
-        if not NAME.fullmatch(name):
-            table.fault("require", f"'{name}' cannot be the name of a signal.", hint="Use letters, digits and '_'.")
-    return tuple(require)
+def _positions(reader: ExpressionReader, keys: RuleKeys) -> dict[str, Place]:
+    """Positions of the keys of a rule; of those with an expression, the position of the expression."""
+    expressions = {"when": keys.when, "until": keys.until or ""}
+    found = {
+        each.key: reader.position(keys, each.key, expressions.get(each.key, ""))
+        for each in fields_of(RuleKeys)
+        if has_key(keys, each.key)
+    }
+    if (action := keys.action) is not None:
+        written = {"name": "", **action.parameters}
+        texts = {key: value if isinstance(value, str) else "" for key, value in written.items()}
+        found |= {f"action.{key}": reader.position(action, key, text) for key, text in texts.items()}
+    return {"": place_of(keys), **found}
 
 
-def _read_inactive(reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]) -> None:
-    """Check the parts of an inactive rule that do not depend on signals."""
-    for key in ("when", "until", "keep", "test"):
-        table.raw(key, *([] if key == "when" else [None]))
-    table.text("doc", "")
-    table.choice("trigger", ["edge", "level"], "edge")
-    for key in ("for", "cooldown"):
-        reader.duration(table, key)
-    _priority(table)
-    _modes(table)
-    _waits_for(table)
-    _on_invalid(reader, table, name, tuple(table.texts("tags", [])))
-    if isinstance(table.raw("action"), dict):
-        read_action(table.table("action"), actions)
-
-
-def _positions(reader: ExpressionReader, table: Table) -> dict[str, Position]:
-    positions = {"": Position(table.file, *table.position())}
-    for key in ("when", *_KEYS):
-        if key in table:
-            value = table.raw(key) if key in ("when", "until") else ""
-            positions[key] = reader.position(table, key, value if isinstance(value, str) else "")
-    if isinstance(table.raw("action", None), dict):
-        action = table.table("action")
-        for key in action.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-            value = action.raw(key)
-            positions[f"action.{key}"] = reader.position(action, key, value if isinstance(value, str) else "")
-    return positions
-
-
-def _priority(table: Table) -> int:
-    priority = table.integer("priority")
-    if abs(priority) > MAX_PRIORITY:
-        table.fault("priority", f"priority must be between -{MAX_PRIORITY} and {MAX_PRIORITY}, found {priority}.")
-        return 0
-    return priority
-
-
-def _modes(table: Table) -> tuple[str, ...]:
-    modes = table.texts("modes", [])
-    if "modes" in table and not modes:
-        table.fault("modes", "modes is empty, so the rule would never be active.", hint="Omit it for all modes.")
-    for mode in modes:
-        if not NAME.fullmatch(mode):
-            table.fault("modes", f"'{mode}' cannot be the name of a mode.", hint="Use letters, digits and '_'.")
-    return tuple(modes)
-
-
-def _waits_for(table: Table) -> str:
-    text = table.text("waits_for", "").strip()
-    if "waits_for" in table and not text:
-        table.fault("waits_for", "waits_for is empty.", hint='Name what releases the rule, such as "a person".')
-    return text
-
-
-def _kept(table: Table, arguments: Mapping[str, Argument]) -> tuple[str, ...]:
-    keep = table.texts("keep", [])
-    for name in keep:
-        if name not in arguments:
-            table.adopt("keep", InputError(unknown("parameter of the action", name, arguments, "The action")))
-    return tuple(keep)
-
-
-def _on_invalid(reader: ExpressionReader, table: Table, name: str, tags: tuple[str, ...]) -> tuple[OnInvalid, float]:
-    options = [option.value for option in OnInvalid]
-    if "on_invalid" not in table and "safety" in tags:
-        table.fault(
-            None,
-            f"{name} has the tag safety, so it must declare 'on_invalid', its behaviour with an invalid guard.",
-            hint='Add on_invalid = "trip" (act), "hold" (keep the latch for max_hold) or "clear" (do not act).',
-        )
-    text = table.choice("on_invalid", options, "clear")
-    meaning = OnInvalid(text) if text in options else OnInvalid.CLEAR
-    max_hold = reader.duration(table, "max_hold")
-    if meaning is OnInvalid.HOLD and "max_hold" not in table:
-        table.fault(
-            "on_invalid",
-            f"{name} holds while its guard is invalid, but has no 'max_hold'.",
-            hint='A rule must not hold for ever: add for example max_hold = "0.5 s", after which the rule trips.',
-        )
-    if meaning is not OnInvalid.HOLD and "max_hold" in table:
-        table.fault("max_hold", f"max_hold of {name} has no effect, because on_invalid is '{meaning.value}'.")
-    return meaning, max_hold
-
-
-def _refuse_ties(rules: list[_Read]) -> None:
+def _refuse_ties(reader: ExpressionReader, rules: list[_Read]) -> None:
     """Record a fault for each tie: rules of equal priority must have equal actions or no common mode."""
-    ranked = [(rule, table) for rule, table in rules if isinstance(rule, Rule) and "priority" in table]
+    ranked = [(rule, keys) for rule, keys in rules if isinstance(rule, Rule) and has_key(keys, "priority")]
     for k, others in ties([rule for rule, _ in ranked]):
-        rule, table = ranked[k]
-        table.fault("priority", tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")
+        rule, keys = ranked[k]
+        fault = Fault(tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")
+        reader.fault(keys, "priority", fault)

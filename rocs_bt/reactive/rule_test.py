@@ -22,49 +22,48 @@ import numpy as np
 from ..base.errors import Fault, InputError, unknown
 from ..base.files import confined, is_file
 from ..base.signal import Signal
-from ..base.toml_table import Table, read_toml
-from ..base.units import TIME, convert
-from ..declare import read_key
+from ..base.toml_table import read_toml
+from ..base.units import convert
+from ..declare import Open, Place, place_of, read, read_key
 from ..expression import Environment
 from ..interfaces.action import Action, parameters_of
 from .include import project_of
 from .reactive_model import Reflex
-from .rule import Expected, Position, Rule, RuleSet, RuleTest
+from .rule import Expected, Rule, RuleSet, RuleTest
+from .rule_keys import ExpectationKeys, RuleTestFile, RuleTestKeys
 from .rule_model import RuleModel, describe
-
-FORMAT = "reflex-tests/1"
 
 _KEY = re.compile(r"(\w+)(?:\[(-?\d+)?(:)?(-?\d+)?\])?")
 
 
-def read_tests(table: Table, rule: str, environment: Environment, action: type[Action] | None) -> tuple[RuleTest, ...]:
-    """Read the `[[rule.X.test]]` tables of a rule; faults are recorded in the tables.
+def read_tests(
+    tests: Sequence[RuleTestKeys],
+    rule: str,
+    environment: Environment,
+    action: type[Action] | None,
+    faults: list[Fault],
+) -> tuple[RuleTest, ...]:
+    """Make the tests of a rule from their tables.
 
     Args:
-        table: Table of the rule.
+        tests: Tables of the tests.
         rule: Name of the rule, from which default names of its tests are made.
         environment: Signals of the robot.
         action: Class of the rule's action, or None if unknown.
+        faults: List to which faults are added.
     """
-    tests = []
-    for i, written in enumerate(table.tables("test")):
-        name = written.text("name", f"{rule}, test {i + 1}")
+    made = []
+    for i, keys in enumerate(tests):
         row = [math.nan] * environment.size
-        _give(written.table("given"), (), row, environment)
+        _give(keys.given, row, environment, faults)
         samples = []
-        for sample in written.tables("at"):
-            t = sample.quantity("t", TIME)
-            _give(sample, ("t",), row, environment)
-            samples.append((t, tuple(row)))
-        if not samples and "at" not in written:
-            written.fault(None, "the test has no 'at'.", hint='Add at = [{ t = "0 s" }].')
-        times = [t for t, _ in samples]
-        expected = [_expected(each, times, action) for each in written.tables("expect")]
-        if not expected:
-            written.fault(None, "the test has no 'expect'.", hint='Add expect = [{ t = "0 s", fires = true }].')
-        position = Position(written.file, *written.position())
-        tests.append(RuleTest(name, tuple(samples), tuple(expected), written.text("mode", ""), position))
-    return tuple(tests)
+        for sample in keys.at:
+            _give(sample.signals, row, environment, faults)
+            samples.append((sample.t, tuple(row)))
+        expected = tuple(_expected(keys, each, action, faults) for each in keys.expect)
+        name = keys.name or f"{rule}, test {i + 1}"
+        made.append(RuleTest(name, tuple(samples), expected, keys.mode, place_of(keys)))
+    return tuple(made)
 
 
 def add_test_files(
@@ -90,18 +89,17 @@ def add_test_files(
         try:
             confined(f"tests/{file.name}", file.parent, (project_of(file),))
             table = read_toml(path)
-            table.choice("format", [FORMAT])
-            table.text("doc", "")
-            for name, child in table.named_tables("rule").items():
+            for name, keys in read(RuleTestFile, table).rule.items():
                 rule = next((r for r in rules.rules if r.name == f"{rules.name}/{name}"), None)
                 if name in skipped:
-                    child.raw("test", None)
                     continue
-                tests = read_tests(child, name, environment, actions.get(rule.action) if rule else None)
                 if rule is None:
                     names = [*(r.name.rpartition("/")[2] for r in rules.rules), *skipped]
-                    child.adopt(None, InputError(unknown("rule", name, names, rules.files[-1].name)))
-                else:
+                    error = InputError(unknown("rule", name, names, rules.files[-1].name))
+                    table.faults.extend(error.at(*place_of(keys)).faults)
+                action = actions.get(rule.action) if rule else None
+                tests = read_tests(keys.test, name, environment, action, table.faults)
+                if rule is not None:
                     added[rule.name] = added.get(rule.name, ()) + tests
             with contextlib.suppress(InputError):  # the table keeps its faults
                 table.done()
@@ -120,46 +118,37 @@ def tested_file(path: Path) -> Path:
     return path
 
 
-def _expected(table: Table, times: Sequence[float], action: type[Action] | None) -> Expected:
-    t = table.quantity("t", TIME)
-    found = [k for k, time in enumerate(times) if abs(time - t) < 1e-9]
-    if not found and "t" in table:
-        table.fault("t", f"the test has no sample at {t:g} s.", hint="Add one to 'at'.")
-    fires = table.flag("fires") if "fires" in table else None
-    declared = parameters_of(action) if action else {}
+def _expected(test: RuleTestKeys, keys: ExpectationKeys, action: type[Action] | None, faults: list[Fault]) -> Expected:
+    declared, table = parameters_of(action) if action else {}, keys.parameters.opened()
+    table.faults = faults
     parameters = {}
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-        if key not in ("t", "fires"):
-            table.raw(key)
-            if key in declared:
-                parameters[key] = read_key(declared[key], table)
-            elif action:
-                table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
-    return Expected(found[-1] if found else -1, fires, parameters, Position(table.file, *table.position()))
+    for key in keys.parameters:
+        if key in declared:
+            parameters[key] = read_key(declared[key], table)
+        elif action:
+            table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
+    return Expected(test.sample(keys), keys.fires, parameters, place_of(keys))
 
 
-def _give(table: Table, known: Sequence[str], row: list[float], environment: Environment) -> None:
-    """Write the signal values of a table into a snapshot.
+def _give(values: Open, row: list[float], environment: Environment, faults: list[Fault]) -> None:
+    """Write the values of signals into a snapshot.
 
     Args:
-        table: Values, keyed by signal or by indexed signal, such as `front[2]`.
-        known: Keys of the table that are not signals; they are skipped.
+        values: Values, keyed by signal or by indexed signal, such as `front[2]`.
         row: Values of the snapshot, SI units; changed in place.
         environment: Signals of the robot.
+        faults: List to which faults are added.
     """
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-        if key in known:
-            continue
-        value = table.raw(key)
+    for key, value in values.items():
         try:
             indices, signal = _indices(key, environment)
-            values = value if isinstance(value, list) else [value] * len(indices)
-            if len(values) != len(indices):
-                raise InputError(f"{key} has {len(indices)} values, found {len(values)}.")
-            for at, part in zip(indices, values, strict=True):
+            parts = value if isinstance(value, list) else [value] * len(indices)
+            if len(parts) != len(indices):
+                raise InputError(f"{key} has {len(indices)} values, found {len(parts)}.")
+            for at, part in zip(indices, parts, strict=True):
                 row[environment.offsets[signal.name] + at] = _number(key, part, signal, at)
         except InputError as error:
-            table.adopt(key, error)
+            faults.extend(error.at(*place_of(values, key)).faults)
 
 
 def _indices(key: str, environment: Environment) -> tuple[range, Signal]:
@@ -207,7 +196,7 @@ class RuleTestResult:
     rule: str
     test: str
     message: str
-    position: Position
+    position: Place
 
     @property
     def passed(self) -> bool:

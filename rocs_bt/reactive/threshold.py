@@ -24,16 +24,16 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import Fault, InputError, did_you_mean, unknown
-from ..base.toml_table import Table
 from ..base.units import NONE, Quantity, convert, parse_quantity, unit_names
 from ..control.body_values import BODY_VALUES as ROBOT_VALUES
+from ..declare import Open
 from ..expression import FUNCTIONS, Environment, Kind, Node, evaluate
 from .arguments import ExpressionReader, words
 from .include import Document
+from .rule_keys import is_name
 
 DIGITS = 4
 """Significant digits of a computed threshold."""
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _OPERATION = re.compile(r"[-+*(]|\s/")
 WORDS = frozenset({"inf", "always", "within", "implies"})
 
@@ -58,7 +58,7 @@ class Override:
 def usable(name: str, taken: Collection[str]) -> bool:
     """Whether a word can be a new name in expressions."""
     words = {*FUNCTIONS, *unit_names(), *keyword.kwlist, *WORDS, *taken}
-    return NAME.fullmatch(name) is not None and name not in words
+    return is_name(name) and name not in words
 
 
 def read_thresholds(
@@ -70,17 +70,17 @@ def read_thresholds(
     """
     reader = _ThresholdReader(environment, overrides)
     for document in documents:
-        for key in ("robot", "threshold"):
-            reader.declare(document, key)
+        reader.declare(document, document.keys.robot, robot=True)
+        reader.declare(document, document.keys.threshold, robot=False)
     return reader.read(rules)
 
 
 @dataclass(frozen=True)
 class _Declaration:
-    """One declaration of a threshold: its table, and the file's document."""
+    """One declaration of a threshold: its table, and the reader of the file's expressions."""
 
-    table: Table
-    document: Document
+    table: Open
+    reader: ExpressionReader
     robot: bool
 
 
@@ -95,22 +95,22 @@ class _ThresholdReader:
         self._open: list[str] = []  # thresholds that are being read
         self._faults: list[Fault] = []
 
-    def declare(self, document: Document, key: str) -> None:
+    def declare(self, document: Document, table: Open, robot: bool) -> None:
         """Add the thresholds of one table of a file."""
-        table, robot = document.table.table(key), key == "robot"
-        for name in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-            table.raw(name)
+        reader = ExpressionReader(document, self._environment)
+        for name in table:
             before = self._declared.get(name, [])
             if not usable(name, self._environment.signals):
                 hint = "It must be a new word: no signal, function or unit."
-                table.fault(name, f"'{name}' cannot be a threshold.", hint=hint)
+                reader.fault(table, name, Fault(f"'{name}' cannot be a threshold.", hint=hint))
             elif robot and name not in ROBOT_VALUES:
-                table.adopt(name, InputError(unknown("value of a robot", name, ROBOT_VALUES, "A robot")))
-            elif before and (before[-1].document is document or before[-1].robot is not robot):
+                reader.fault(table, name, unknown("value of a robot", name, ROBOT_VALUES, "A robot"))
+            elif before and (before[-1].reader.faults is reader.faults or before[-1].robot is not robot):
                 other = "[robot]" if before[-1].robot else "[threshold]"
-                table.fault(name, f"'{name}' is declared in {other} already.", hint="Use another name.")
+                fault = Fault(f"'{name}' is declared in {other} already.", hint="Use another name.")
+                reader.fault(table, name, fault)
             else:
-                self._declared[name] = [*before, _Declaration(table, document, robot)]
+                self._declared[name] = [*before, _Declaration(table, reader, robot)]
 
     def read(self, rules: str) -> tuple[dict[str, Node], list[Fault]]:
         """Values of all thresholds, and the faults of the overrides."""
@@ -133,7 +133,7 @@ class _ThresholdReader:
             try:
                 node = self._written(name, declaration, node)
             except InputError as error:
-                declaration.table.adopt(name, error)
+                declaration.reader.fault(declaration.table, name, *error.faults)
         if node is not None and (own := self._overrides.get(name)) is not None:
             try:
                 node = _constant(name, _quantity(name, own.value, node))
@@ -146,7 +146,7 @@ class _ThresholdReader:
 
     def _written(self, name: str, declaration: _Declaration, before: Node | None) -> Node | None:
         """Node of one declaration; None if its expression is invalid, with the faults recorded."""
-        value = declaration.table.raw(name)
+        value = declaration.table[name]
         if declaration.robot:
             quantity = _quantity(name, value, _constant(name, Quantity(0.0, ROBOT_VALUES[name].dimension)))
             return _constant(name, self._environment.robot.get(name, quantity))
@@ -169,10 +169,9 @@ class _ThresholdReader:
         if read := sorted(words(text) & self._environment.signals.keys()):
             message = f"a threshold is constant, but '{text}' reads the signal '{read[0]}'."
             raise InputError(Fault(message, hint="Write an [alias] instead."))
-        document = declaration.document
         others = dict.fromkeys(self._declared, Node("number", Kind()))  # for the list of valid names only
-        environment = Environment({}, {}, aliases=others | known)
-        reader = ExpressionReader(document.table, environment, document.lines, {})
+        reader = declaration.reader
+        reader.environment = Environment({}, {}, aliases=others | known)
         node = reader.node(declaration.table, name, text)
         if node is None:
             return None

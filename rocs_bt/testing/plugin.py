@@ -121,7 +121,8 @@ class RuleFileTests(pytest.File):
             raise self.CollectError(str(error)) from error
         for robot, rules in fitted:
             for result in run_tests(rules):
-                if (result.position.file.parent == apart) != (self.path.parent == apart):
+                file = result.position.file
+                if (file is not None and file.parent == apart) != (self.path.parent == apart):
                     continue
                 name = f"{result.rule.rpartition('/')[2]}: {result.test} [{robot}]"
                 yield RuleFileTest.from_parent(self, name=name, result=result)
