@@ -78,7 +78,9 @@ def _rows(spec: Any, show: Formatter) -> dict[str, str]:
         what = "start" if robot and name == "pose" else name.replace("_", " ")
         if value in _NOTHING:
             continue
-        if robot and name == "parameters":
+        if name == "tables":
+            rows |= {f"{table}'s {row}": text for table, of in value.items() for row, text in _rows(of, show).items()}
+        elif robot and name == "parameters":
             rows |= _parameters(spec, show)
         elif isinstance(value, Value):
             rows |= {f"{what}'s {row}": text for row, text in _rows(value, show).items()}

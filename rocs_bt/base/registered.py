@@ -19,7 +19,7 @@ GROUPS: Final[Mapping[str, str]] = {
     "rocs_bt.devices": "driver",
     "rocs_bt.nodes": "vocabulary of nodes",
     "rocs_bt.report": "page of a run",
-    "rocs_bt.tables": "table of robot.toml",
+    "rocs_bt.tables": "table of a file",
     "rocs_bt.services": "service beside runs",
 }
 """What a name in each group is, for messages."""

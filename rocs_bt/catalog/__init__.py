@@ -37,7 +37,7 @@ from .scenario_file import (
     SuccessSpec,
     read_scenario,
 )
-from .scenario_tables import FactSpec, RateSpec, ShareSpec
+from .scenario_tables import FactSpec, RateSpec
 
 __all__ = [
     "IDENTIFIED",
@@ -64,7 +64,6 @@ __all__ = [
     "RobotSpec",
     "ScenarioSpec",
     "SensorSpec",
-    "ShareSpec",
     "SuccessSpec",
     "classes_in",
     "command_size",

@@ -11,8 +11,7 @@ from typing import Annotated, Any, Literal
 from ..base.errors import Fault, InputError, unknown
 from ..base.files import is_file
 from ..base.python_content import is_reference
-from ..base.registered import load, registered
-from ..base.toml_table import KnownKey, Table
+from ..base.toml_table import Table
 from ..base.units import ACCELERATION, LENGTH, NOT_NEGATIVE, SPEED, Quantity, convert
 from ..base.words import counted
 from ..control.body_values import body_values
@@ -27,7 +26,7 @@ from ..declare import (
     Names,
     Open,
     Place,
-    ReadBy,
+    Registered,
     Rest,
     Scope,
     SetByPrograms,
@@ -37,7 +36,6 @@ from ..declare import (
     names_of,
     note_twice,
     place_of,
-    read,
     replaced,
     rows_in,
     values_of,
@@ -107,13 +105,6 @@ def _kinds() -> Mapping[str, type[LocomotionSpec]]:
     return {"": UnknownLocomotion, **LOCOMOTIONS}
 
 
-def _registered_tables(table: Table, done: Mapping[str, Any]) -> Mapping[str, Any]:
-    names = registered("rocs_bt.tables")
-    table.known.update(dict.fromkeys(names, KnownKey("a table")))
-    fields = [Field.annotated(name, load("rocs_bt.tables", name), None, Value) for name in names if name in table]
-    return {each.key: read_key(each, table) for each in fields}
-
-
 class RobotSpec(Value):
     """Content of a robot's folder.
 
@@ -147,7 +138,7 @@ class RobotSpec(Value):
     analyzers: Annotated[tuple[AnalyzeSpec, ...], Key("analyze")] = ()
     actuators: Annotated[tuple[ActuatorSpec, ...], Key("actuator")] = ()
     thresholds: Annotated[Mapping[str, Open], Key("rules")] = Open()
-    tables: Annotated[Mapping[str, Any], ReadBy(_registered_tables)] = Open()
+    tables: Annotated[Mapping[str, Any], Registered("robot")] = Open()
     variant: Annotated[BodyVariant, SetByPrograms()] = AS_MODELLED
 
     @classmethod
@@ -188,7 +179,7 @@ class RobotSpec(Value):
                 message, hint = f"no sensor feeds the monitor '{monitor.name}'.", "List some: sensors = [...]."
                 yield Wrong(None, message, hint, monitor)
         for device in (*self.sensors, *self.actuators):
-            if (driver := device.driver) in registered("rocs_bt.tables") and driver not in self.tables:
+            if (driver := device.driver) in Registered("robot").names and driver not in self.tables:
                 message = f"the driver '{driver}' needs a table [{driver}], and the robot has none."
                 yield Wrong("driver", message, "Add one; it may be empty.", device)
 

@@ -18,6 +18,7 @@ from ..declare import (
     Keys,
     Names,
     Open,
+    Registered,
     Rest,
     Scope,
     SetByPrograms,
@@ -33,7 +34,7 @@ from .ground_tables import GroundSpec, PushSpec
 from .inherit import OVERLAID
 from .marks import At, Coordinate, Dialect, Identifier, Jitter, Latency, Name, PlaceKeys, Pose
 from .perturbation import Perturbation
-from .scenario_tables import AGENTS, FactSpec, RateSpec, ShareSpec
+from .scenario_tables import AGENTS, FactSpec, RateSpec
 
 D = TypeVar("D", bound=Declared)
 
@@ -201,7 +202,7 @@ class ScenarioSpec(Value):
         agents: Robots with a mission.
         actors: Scripted robots and objects.
         requirements: Conditions on the whole run.
-        share: Sharing of knowledge between agents; None for none.
+        tables: Tables of packages (`rocs_bt.tables`), such as `[share]`, by name.
         grounds: Parts of the floor that are not level.
         pushes: Scheduled pushes of robots.
     """
@@ -221,7 +222,7 @@ class ScenarioSpec(Value):
     actors: Annotated[tuple[ActorSpec, ...], Key("actor")] = ()
     requirements: Annotated[tuple[RequirementSpec, ...], Key("requirement")] = ()
     facts: Annotated[tuple[FactSpec, ...], Key("fact")] = ()
-    share: ShareSpec | None = None
+    tables: Annotated[Mapping[str, Any], Registered("scenario")] = Open()
     grounds: Annotated[tuple[GroundSpec, ...], Key("ground")] = ()
     pushes: Annotated[tuple[PushSpec, ...], Key("push")] = ()
 

@@ -1,21 +1,18 @@
-"""The tables `[rate]`, `[share]` and `[[fact]]` of a scenario."""
+"""The tables `[rate]` and `[[fact]]` of a scenario."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
 from ..base.clock import Rate
 from ..base.errors import InputError, RateError
 from ..base.units import FREQUENCY, TIME, Bounds
-from ..declare import Names, Open, Rest, Valid, Value, Wrong
-from .marks import At, Delay
+from ..declare import Names, Open, Rest, Value, Wrong
+from .marks import At
 
 _FAST = Annotated[float, FREQUENCY, Bounds(0.01, 1e4)]
-_PATIENCE = Annotated[float, TIME, Bounds(0.0, infinite=True)]
 
 AGENTS = Names("agent", "no agent", all=True)
 """Mark of a list of agents; all of them if it is not given."""
@@ -78,45 +75,6 @@ class RateSpec(Value):
         except RateError as error:
             common = f'Or set one rate for all sensors: sensors = "{self.control:g} Hz" under [rate].'
             raise RateError(*(replace(f, hint=f"{f.hint} {common}".strip()) for f in error.faults)) from error
-
-
-_GROUP = Valid(str.isidentifier, "a valid group name", "Use letters, digits and '_', beginning with a letter.")
-
-
-class ShareSpec(Value):
-    """`[share]` table: knowledge shared between agents. A scenario without it shares nothing.
-
-    Attributes:
-        agents: Names of the agents that share.
-        kinds: Shared kinds of nodes; `all` for the whole graph; the kinds of the world by default.
-        relations: Shared relations; all relations between shared kinds by default.
-        private: Kinds, relations and nodes that are never sent.
-        rate: Maximum send rate of an agent [Hz].
-        lost_after: Time after which pose and motion of a vanished robot count as unknown [s].
-        forget_after: Time after which all other facts from a vanished robot are dropped [s].
-        latency: Latency of messages in lockstep [s].
-        jitter: Maximum additional latency in lockstep [s].
-        loss: Fraction of messages lost in lockstep [1].
-        listen: Address of this process, `host:port`; empty to share within this process only.
-        peers: Addresses of other processes.
-        keys: Folder of this process' keys; None on loopback.
-        group: Name of the group; groups on one network are separate.
-    """
-
-    agents: Annotated[tuple[str, ...], AGENTS] = ()
-    kinds: tuple[str, ...] = ()
-    relations: tuple[str, ...] = ()
-    private: tuple[str, ...] = ()
-    rate: Annotated[float, FREQUENCY, Bounds(0.1, 1000.0)] = 50.0
-    lost_after: _PATIENCE = 3.0
-    forget_after: _PATIENCE = math.inf
-    latency: Delay = 0.0
-    jitter: Delay = 0.0
-    loss: Annotated[float, Bounds(0.0, 1.0, below=True)] = 0.0
-    listen: str = ""
-    peers: tuple[str, ...] = ()
-    keys: Path | None = None
-    group: Annotated[str, _GROUP] = "robots"
 
 
 class FactSpec(Value):

@@ -8,7 +8,7 @@ from contextlib import closing
 from ..agent import Agent
 from ..base.errors import Fault, collected, located_at
 from ..base.files import read_text
-from ..base.registered import load
+from ..base.registered import load, registered
 from ..catalog import AgentSpec, Catalog, Entry, RobotSpec, ScenarioSpec
 from ..declare import place_of
 from ..expression import Environment
@@ -50,8 +50,8 @@ def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
         with collected(found), located_at(scenario.file, place_of(agent).line):
             if agent.name in built:
                 found += _agent_faults(scenario, agent, catalog, built[agent.name])
-    if scenario.share is not None:
-        found += load("rocs_bt.checks", "share")(scenario, catalog.load_schema())
+    for table in scenario.tables.keys() & registered("rocs_bt.checks"):
+        found += load("rocs_bt.checks", table)(scenario, catalog.load_schema())
     found += _late_pushes(scenario)
     found += _slow_sensors(scenario, catalog)
     yield from found

@@ -22,7 +22,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 from ..base.errors import Fault, did_you_mean
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
-from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Rest, SetByPrograms, TableName, Valid
+from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Registered, Rest, SetByPrograms, TableName, Valid
 from .open import Open
 
 MISSING = object()
@@ -36,7 +36,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     bool: ("true or false", "flags"),
     int: ("a whole number", "whole numbers"),
 }
-_NO_KEYS = (ReadBy, Rest, SetByPrograms, TableName)
+_NO_KEYS = (ReadBy, Registered, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
 _LISTS = (list, tuple, Sequence)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
+from ..base.registered import load, registered
 from ..base.toml_table import Table
 from ..base.units import NONE, Dimension
 
@@ -143,6 +144,27 @@ class ReadBy:
     """
 
     read: Callable[[Table, Mapping[str, Any]], Any]
+
+
+@dataclass(frozen=True)
+class Registered:
+    """Mark of the tables that packages add to a kind of file, by name; registered in `rocs_bt.tables` as `KIND.NAME`.
+
+    Attributes:
+        kind: Kind of the files, such as `robot`.
+    """
+
+    kind: str
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all such tables."""
+        parts = (name.partition(".") for name in registered("rocs_bt.tables"))
+        return [name for kind, _, name in parts if kind == self.kind]
+
+    def cls(self, name: str) -> type[Any]:
+        """Class that declares a table."""
+        return cast("type[Any]", load("rocs_bt.tables", f"{self.kind}.{name}"))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from ..base.python_content import is_reference
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, parse_quantity, parse_unit
 from .fields import Declared, Field, Scope, fields_of
-from .marks import Content, InFile, InUnit, Keys, Kinds, Names, ReadBy, Rest, SetByPrograms, Valid, Word
+from .marks import Content, InFile, InUnit, Keys, Kinds, Names, ReadBy, Registered, Rest, SetByPrograms, Valid, Word
 from .open import Open
 
 D = TypeVar("D", bound=Declared)
@@ -152,6 +152,8 @@ class _Reading:
             return by.read(table, self.done)
         if (keys := each.mark(Keys)) is not None:
             return read(keys.cls, table, self.scope)
+        if (added := each.mark(Registered)) is not None:
+            return self._registered(added)
         return each.default if each.mark(SetByPrograms) else self._text(str(table.key[-1]) if table.key else "", None)
 
     def _missing(self, kind: Kind | None) -> Any:
@@ -182,6 +184,12 @@ class _Reading:
         found = {key: table.data[key] for key in keys if key in table}
         table.known.update(dict.fromkeys(keys, KnownKey()))
         return Open.of(table, found)
+
+    def _registered(self, added: Registered) -> dict[str, Any]:
+        table = self.table
+        table.known.update(dict.fromkeys(added.names, KnownKey("a table")))
+        fields = [Field.annotated(n, added.cls(n), None, Declared) for n in added.names if n in table]
+        return {each.key: _Reading(each, table, self.scope, self.done).value(None) for each in fields}
 
     def _many(self, value: Any) -> Any:
         """Value of the key: one, a list, or a table of values by name."""

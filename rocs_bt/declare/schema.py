@@ -9,7 +9,7 @@ from typing import Any
 
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, units_of
 from .fields import Declared, Field, fields_of
-from .marks import InFile, InUnit, Keys, Kinds, ReadBy, Rest, Word
+from .marks import InFile, InUnit, Keys, Kinds, ReadBy, Registered, Rest, Word
 from .write import written
 
 _NUMBER = r"[+-]?(inf|\d+(\.\d*)?([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?)"
@@ -38,6 +38,8 @@ def _table(cls: type[Declared], needed: bool) -> dict[str, Any]:
         elif (rest := each.mark(Rest)) is not None:
             properties |= dict.fromkeys(rest.keys, True)
             is_open = is_open or not rest.keys
+        elif (added := each.mark(Registered)) is not None:
+            properties |= {name: _table(added.cls(name), needed) for name in added.names}
         elif each.mark(ReadBy) is not None:
             is_open = True
         elif each.is_key:

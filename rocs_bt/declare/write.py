@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.units import NONE, Dimension, parse_unit
 from .fields import Declared, Field, fields_of, given_of
-from .marks import InFile, InUnit, Keys, Names, Rest, Word
+from .marks import InFile, InUnit, Keys, Names, Registered, Rest, Word
 
 
 def data_of(value: Declared) -> dict[str, Any]:
@@ -23,6 +23,8 @@ def data_of(value: Declared) -> dict[str, Any]:
             continue
         if each.mark(Rest):
             data |= found
+        elif each.mark(Registered):
+            data |= {name: data_of(one) for name, one in found.items()}
         elif keys is not None and keys.here:
             data |= _keys(keys.cls, found)
         elif each.is_key:

@@ -62,7 +62,7 @@ class RuleTestKeys(Value):
         name: Name of the test.
         mode: Mode of the agent.
         given: Values of signals before the first sample; all others are invalid.
-        at: Samples.
+        at: Samples, by increasing time.
         expect: Expectations.
     """
 
@@ -186,11 +186,7 @@ class RuleFile(Value):
 
 
 class TestedRule(Value):
-    """Tests of a rule in a file of their own.
-
-    Attributes:
-        test: Tests of the rule.
-    """
+    """Rule with a test in a file of its own: `[[rule.NAME.test]]`."""
 
     test: tuple[RuleTestKeys, ...] = ()
 

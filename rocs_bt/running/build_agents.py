@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, collected, located_at
-from ..base.registered import load
+from ..base.registered import load, registered
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
 from ..declare import Open, Place, place_of, replaced
 from ..devices.replay import ReplayActuator, ReplayMailbox, replay_sensors
@@ -66,10 +67,10 @@ def build_agents(
         InputError: A mission, rule file or robot.toml is invalid; lists every fault of that file.
     """
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
-    shares, agents = {}, []
+    shares, agents = dict[str, Any](), []
     with collected(faults):
-        if scenario.share is not None:
-            shares = load("rocs_bt.services", "share")(scenario, runtime.clock, seed)
+        for table in scenario.tables.keys() & registered("rocs_bt.services"):
+            shares |= load("rocs_bt.services", table)(scenario, runtime.clock, seed)
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         build = (missions or {}).get(agent.name)
@@ -126,7 +127,7 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> set[st
     The reason for None is that sharing, user blocks and TrackObjects may add nodes with any name.
     """
     robot = catalog.robot_of(agent)
-    if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
+    if scenario.tables or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
         return None
     mission = catalog.find("mission", agent.mission)
     python = catalog.python_of(mission, agent.parameters.values(), agent.nodes)

@@ -110,10 +110,10 @@ def test_who_does_not_require_a_missing_signal_is_told_how(load):
         ('name = "Stop"', 'name = "TurnAngle"', "TurnAngle needs angle"),
         ("priority = 20", 'priority = 20\ntags = ["safety"]', "must declare 'on_invalid'"),
         ("priority = 20", 'priority = 20\nfor = "1 m"', "must be in s"),
-        ("priority = 20", 'priority = 20\nmodes = ["a b"]', "'a b' cannot be the name of a mode"),
-        ("lateral_speed", "lateral speed", "'lateral speed' cannot be the name of a signal"),
+        ("priority = 20", 'priority = 20\nmodes = ["a b"]', "'a b' is not a valid name of a mode"),
+        ("lateral_speed", "lateral speed", "'lateral speed' is not a valid name of a signal"),
         ('["lateral_speed", "course_range"]', '"course_range"', "require must be a list of texts"),
-        ("rule.Sideways]", "rule.Side-ways]", "'Side-ways' cannot be a rule's name"),
+        ("rule.Sideways]", "rule.Side-ways]", "'Side-ways' is not a valid name of a rule"),
     ],
 )
 def test_faults_of_an_inactive_rule_that_need_no_signal_are_found(load, written, instead, message):

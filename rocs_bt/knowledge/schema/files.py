@@ -86,7 +86,7 @@ class _Declared(Value):
     Attributes:
         name: Name in the graph.
         doc: Description, one sentence.
-        made: What the keys declare; None if a key has a fault.
+        made: Declaration made of the keys; None if a key has a fault.
     """
 
     name: Annotated[
