@@ -12,7 +12,9 @@ from .device_spec import ActuatorSpec, SensorSpec
 from .entry import (
     IDENTIFIED,
     KINDS,
+    PATTERNS,
     TREES,
+    ContentKind,
     Entry,
     content_hash,
     find_project,
@@ -42,6 +44,7 @@ from .scenario_tables import FactSpec, RateSpec
 __all__ = [
     "IDENTIFIED",
     "KINDS",
+    "PATTERNS",
     "TREES",
     "ActorSpec",
     "ActuatorSpec",
@@ -49,6 +52,7 @@ __all__ = [
     "AnalyzeSpec",
     "CachingCatalog",
     "Catalog",
+    "ContentKind",
     "Entry",
     "FactSpec",
     "Finder",

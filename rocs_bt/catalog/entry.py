@@ -6,29 +6,55 @@ import ast
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from typing import Any, cast
 
 from ..base.errors import Fault, InputError, RocsError
 from ..base.files import MOST_TEXT, confined, is_file, read_bytes, read_text
 from ..base.python_content import is_reference, with_siblings
 from ..base.toml_text import parse_toml
 
-# File patterns of each kind in a project, in the order of `rocs-bt list`.
-KINDS: dict[str, tuple[str, ...]] = {
-    "scenario": ("scenarios/*.toml",),
-    "mission": ("planners/missions/*.py", "planners/missions/*.xml"),
-    "rules": ("rules/*.toml",),
-    "robot": ("robots/*/robot.toml",),
-    "world": ("scenarios/worlds/*.xml",),
-    "schema": ("scenarios/schema/*.toml",),
-    "family": ("scenarios/families/*.py",),
-    "route": ("planners/routes/*.py",),
-    "node": ("planners/nodes/*.py",),
-    "planner": ("planners/*.toml",),
-    "perturbations": ("robots/perturbations.toml",),
+
+@dataclass(frozen=True)
+class ContentKind:
+    """Kind of content.
+
+    Attributes:
+        patterns: Patterns of the paths in a project.
+        table: Declared class of the files, as `module:Class`; empty for Python and XML.
+    """
+
+    patterns: tuple[str, ...]
+    table: str = ""
+
+    @property
+    def cls(self) -> type[Any]:
+        """Declared class of the files."""
+        module, _, name = self.table.partition(":")
+        return cast("type[Any]", getattr(import_module(module), name))
+
+
+KINDS: Mapping[str, ContentKind] = {
+    "scenario": ContentKind(("scenarios/*.toml",), "rocs_bt.catalog.scenario_file:ScenarioSpec"),
+    "mission": ContentKind(("planners/missions/*.py", "planners/missions/*.xml")),
+    "rules": ContentKind(("rules/*.toml",), "rocs_bt.reactive.rule_keys:RuleFile"),
+    "robot": ContentKind(("robots/*/robot.toml",), "rocs_bt.catalog.robot_spec:RobotSpec"),
+    "world": ContentKind(("scenarios/worlds/*.xml",)),
+    "schema": ContentKind(("scenarios/schema/*.toml",), "rocs_bt.knowledge.schema.files:SchemaFile"),
+    "family": ContentKind(("scenarios/families/*.py",)),
+    "route": ContentKind(("planners/routes/*.py",)),
+    "node": ContentKind(("planners/nodes/*.py",)),
+    "planner": ContentKind(("planners/*.toml",), "rocs_bt.catalog.planner_file:PlannerSpec"),
+    "perturbations": ContentKind(("robots/perturbations.toml",), "rocs_bt.catalog.perturbation:PerturbationFile"),
 }
+"""Kinds of content, in the order of `rocs-bt list`. A kind needs no more than its row and its class: a file of a kind
+without checks of its own is checked by its class."""
+
+PATTERNS = tuple(pattern for kind in KINDS.values() for pattern in kind.patterns)
+"""Patterns of all content in a project."""
 
 TREES = (".xml", ".btproj")
 """Suffixes of files with trees in XML: documents, and projects of Groot2, which include documents."""
@@ -92,7 +118,7 @@ class Entry:
 def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
     """Entries of one kind in a project's folders, sorted by name; runs no code."""
     inside = root.resolve()
-    for pattern in KINDS[kind]:
+    for pattern in KINDS[kind].patterns:
         for path in sorted(root.glob(pattern)):
             if not path.name.startswith(("_", ".")) and is_file(path):
                 if origin == "project" and not path.resolve().is_relative_to(inside):
@@ -113,10 +139,7 @@ def name_of(path: Path, kind: str) -> str:
 
 def kind_of(path: Path) -> str | None:
     """Kind of content of a file, by its folder in a project; None for a file that is not content."""
-    for kind, patterns in KINDS.items():
-        if any(path.match(pattern) for pattern in patterns):
-            return kind
-    return None
+    return next((kind for kind, of in KINDS.items() if any(map(path.match, of.patterns))), None)
 
 
 def doc_of(path: Path) -> str:
@@ -193,7 +216,7 @@ def find_project(start: Path) -> Path | None:
     """Nearest folder with content, from `start` upwards; None if there is none."""
     start = start.resolve()
     for folder in (start, *start.parents):
-        if any(next(folder.glob(pattern), None) for patterns in KINDS.values() for pattern in patterns):
+        if any(next(folder.glob(pattern), None) for pattern in PATTERNS):
             return folder
     return None
 

@@ -166,16 +166,7 @@ def perturbed(robot: RobotSpec, perturbations: tuple[Perturbation, ...]) -> Robo
     return robot
 
 
-def read_perturbations(file: Path) -> dict[str, Perturbation]:
-    """Read a file of perturbations, by name.
-
-    Raises:
-        InputError: The file has faults; contains all of them, each with its line.
-    """
-    return dict(read_root(_Perturbations, read_toml(file)).perturbation)
-
-
-class _Perturbations(Value):
+class PerturbationFile(Value):
     """Content of a file of perturbations.
 
     Attributes:
@@ -187,6 +178,15 @@ class _Perturbations(Value):
     format: Literal["perturbations/1"]
     doc: str = ""
     perturbation: Mapping[str, Perturbation] = Open()
+
+
+def read_perturbations(file: Path) -> dict[str, Perturbation]:
+    """Read a file of perturbations, by name.
+
+    Raises:
+        InputError: The file has faults; contains all of them, each with its line.
+    """
+    return dict(read_root(PerturbationFile, read_toml(file)).perturbation)
 
 
 def parse_perturbation(text: str, known: Mapping[str, Perturbation]) -> Perturbation:

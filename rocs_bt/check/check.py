@@ -16,6 +16,7 @@ from ..base.raised import content_line, describe
 from ..base.toml_table import read_toml
 from ..catalog import (
     KINDS,
+    PATTERNS,
     TREES,
     CachingCatalog,
     Catalog,
@@ -27,8 +28,8 @@ from ..catalog import (
     kind_of,
     make_entry,
     mission_values,
-    read_perturbations,
 )
+from ..declare import read_root
 from ..expression import one_for_each_signal
 from ..knowledge import SCHEMA, load_schema
 from ..reactive import tested_file
@@ -242,7 +243,7 @@ def _faults(
     found: list[Fault] = []
     try:
         catalog.confine(entry)
-        for fault in checkers[entry.kind](entry, catalog):
+        for fault in checkers.get(entry.kind, check_table)(entry, catalog):
             found.append(fault.at(entry.path))
     except InputError as error:
         found += error.at(entry.path).faults
@@ -287,8 +288,7 @@ def _entries(path: Path, code: bool, catalogs: dict[Path | None, Catalog]) -> It
 
 def _inside(folder: Path) -> list[Path]:
     """Files of content and rule tests: by the layout of a project, or else anywhere in the folder."""
-    patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
-    own = [p for pattern in (*patterns, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
+    own = [p for pattern in (*PATTERNS, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
     found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", *TREES) and _is_content(p))
     found = [p for p in found if is_file(p) and not p.name.startswith((".", "_"))]
     included = {file for project in found if project.suffix == ".btproj" for file in included_files(project)}
@@ -317,8 +317,7 @@ def _kind_inside(path: Path) -> str | None:
 
 
 def _layout() -> str:
-    patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
-    return f"Paths of content: {', '.join([*patterns, 'rules/tests/*.toml'])}."
+    return f"Paths of content: {', '.join([*PATTERNS, 'rules/tests/*.toml'])}."
 
 
 def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -359,12 +358,9 @@ def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     return ()
 
 
-def check_perturbations(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a file of perturbations."""
-    try:
-        read_perturbations(entry.path)
-    except InputError as error:
-        return error.faults
+def check_table(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """Check a file of which the declared class says everything."""
+    read_root(KINDS[entry.kind].cls, read_toml(entry.path))
     return ()
 
 
@@ -419,5 +415,4 @@ _CHECKERS: Mapping[str, Checker] = {
     "node": check_python,
     "family": check_python,
     "planner": check_planner_file,
-    "perturbations": check_perturbations,
 }

@@ -50,7 +50,7 @@ def check_feasible(run: Run) -> Iterator[Fault]:
         return
     for agent in scenario.agents:
         others = tuple(m for m in scenario.actors if not m.robot)
-        alone = replaced(scenario, agents=(replaced(agent, latency=0.0),), actors=others, share=None)
+        alone = replaced(scenario, agents=(replaced(agent, latency=0.0),), actors=others, tables={})
         world = build_world(alone, catalog, 1, NullSink())
         (built,) = simulated_agents(alone, world, catalog, NullSink(), {agent.name: Plan.idle})
         yield from _in_world(scenario, agent, world, built, catalog)

@@ -17,7 +17,7 @@ from .terminal import echo, styled
 def command(kind: str | None, as_json: bool) -> None:
     """List the content of the project and of rocs_bt, by kind and name.
 
-    KIND is one of scenario, mission, rules, robot, world, family, route, node, planner, or its plural.
+    KIND is a kind of content, such as scenario or rules, or its plural.
     """
     entries = Catalog.here().list(_singular(kind))
     if as_json:

@@ -10,12 +10,17 @@ import click
 from ..base.files import write_whole
 from ..base.units import Quantity
 from ..base.words import inactive_rule
-from ..catalog import Catalog
+from ..catalog import KINDS, Catalog, ContentKind
 from ..interfaces.vocabulary import dialects
 from .content import catalog_for, no_code_option
 from .terminal import echo, own_stdout
 
-SCHEMAS = ("identified", "planner", "robot", "scenario")
+TABLES = {
+    **{kind: of for kind, of in KINDS.items() if of.table},
+    "identified": ContentKind((), "rocs_bt.simulation.identified_file:IdentifiedFile"),
+    "rule_tests": ContentKind((), "rocs_bt.reactive.rule_keys:RuleTestFile"),
+}
+"""Kinds of files with a schema."""
 
 
 @click.command()
@@ -35,7 +40,7 @@ SCHEMAS = ("identified", "planner", "robot", "scenario")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the program that they are compiled to.")
 @click.option("--palette", is_flag=True, help="Write the nodes available to missions instead, for an editor.")
-@click.option("--schema", type=click.Choice(SCHEMAS), help="Write the JSON Schema of such files instead.")
+@click.option("--schema", type=click.Choice(sorted(TABLES)), help="Write the JSON Schema of such files instead.")
 @no_code_option
 def command(
     name: str | None,
@@ -98,12 +103,9 @@ def _write(text: str, out: Path | None, what: str) -> None:
 
 
 def _schema(kind: str) -> str:
-    from ..catalog import PlannerSpec, RobotSpec, ScenarioSpec
     from ..declare import json_schema
-    from ..simulation.identified_file import IdentifiedFile
 
-    declared = dict(zip(SCHEMAS, (IdentifiedFile, PlannerSpec, RobotSpec, ScenarioSpec), strict=True))
-    return json.dumps(json_schema(declared[kind], kind), indent=2, allow_nan=False)
+    return json.dumps(json_schema(TABLES[kind].cls, kind), indent=2, allow_nan=False)
 
 
 def _palette(dialect: str, *, code: bool) -> str:

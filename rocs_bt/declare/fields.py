@@ -35,6 +35,9 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     str: ("a text", "texts"),
     bool: ("true or false", "flags"),
     int: ("a whole number", "whole numbers"),
+    Path: ("a path", "paths"),
+    object: ("a value", "values"),
+    Callable: ("a function", "functions"),
 }
 _NO_KEYS = (ReadBy, Registered, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
@@ -131,7 +134,7 @@ class Field:
         if self.parts:
             return f"a list of {'lists' if self.many else f'{len(self.parts)} values'}"
         number = self.hint in (float, Quantity)
-        one, more = (f"a quantity{unit}", f"quantities{unit}") if number else _WORDS.get(self.hint, _WORDS[str])
+        one, more = (f"a quantity{unit}", f"quantities{unit}") if number else _words(self)
         return {"list": f"a list of {more}", "named": f"a table of {more}", "": one}[self.many]
 
     @functools.cached_property
@@ -162,6 +165,11 @@ class Field:
             value: The value.
             what: Name of the value in messages, such as `rays of lidar 'front'`.
         """
+        if self.many == "named" and value is not None and not isinstance(value, Mapping):
+            return [Fault(f"{what} must be a mapping, found {value!r:.80}.")]
+        if self.many == "named":
+            named = (self._faults_of_one(one, f"{name} of {what}") for name, one in (value or {}).items())
+            return next(filter(None, named), [])
         if self.many != "list":
             return self._faults_of_one(value, what)
         if not _is_list(value):
@@ -175,12 +183,12 @@ class Field:
             if len(value) != len(parts := self.parts_of(value)):
                 return [Fault(f"{what} must have {len(parts)} values, found {len(value)}.")]
             return [fault for part, one in zip(parts, value, strict=True) for fault in part._faults_of_one(one, what)]
-        kind: Any = _KINDS.get(self.hint, str if self.options else self.hint)
-        unchecked = not isinstance(kind, (type, tuple))  # such as a Callable
+        kind: Any = _KINDS.get(self.hint, str if self.options else typing.get_origin(self.hint) or self.hint)
+        unchecked = not isinstance(kind, (type, tuple))
         if unchecked or (value is None and not self.required and self.default is None):
             return []
         if not isinstance(value, kind) or (isinstance(value, bool) and self.hint in (float, int)):
-            words = "a number" if self.hint is float else _WORDS.get(self.hint, _WORDS[str])[0]
+            words = "a number" if self.hint is float else _words(self)[0]
             return [Fault(f"{what} must be {words}, found {value!r:.80}.")]
         if self.hint in (float, int) and not self.bounds.admit(value):
             unit = "" if self.dimension in (None, NONE) else f" {self.dimension}"
@@ -224,6 +232,14 @@ class Field:
         parts = tuple(replace(part, marks=(*outer, *part.marks)) for part in inner)
         key = next((mark.name for mark in marks if isinstance(mark, Key)), name)
         return cls(name, key, object if hint is Any else hint, marks, default, many, owner, parts, made)
+
+
+def _words(of: Field) -> tuple[str, str]:
+    """Kind of a value, and of several."""
+    kind = typing.get_origin(of.hint) or of.hint
+    name = getattr(kind, "__name__", "value")
+    others = f"an object of the type {name}", f"objects of the type {name}"
+    return _WORDS[str] if of.options else _WORDS.get(kind, others)
 
 
 def _is_list(value: object) -> bool:
@@ -272,8 +288,9 @@ class Declared:
         cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}
 
     def __init__(self, /, **given: Any) -> None:
-        if more := given.keys() - set(self._names):
-            raise TypeError(f"{type(self).__name__} takes no {', '.join(sorted(more))}")
+        if more := sorted(given.keys() - set(self._names)):
+            name = type(self).__name__
+            raise TypeError(f"{name} takes no {', '.join(more)}. {did_you_mean(more[0], self._names, name)}")
         if lack := [name for name in self._names if name not in given and name not in self._defaults]:
             raise TypeError(f"{type(self).__name__} needs {', '.join(lack)}")
         self.__dict__.update({name: given.get(name, self._defaults.get(name)) for name in self._names})

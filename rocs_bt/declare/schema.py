@@ -74,6 +74,8 @@ def _one(each: Field, needed: bool) -> dict[str, Any]:
     if each.parts:
         parts = [_one(part, needed) for part in each.parts]
         return {"type": "array", "prefixItems": parts, "items": False, "minItems": len(parts)}
+    if each.hint is object:
+        return {}
     if each.options:
         return {"enum": list(each.options)}
     if each.hint is Quantity or each.mark(InUnit) is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterable
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import msgspec
 
@@ -64,6 +64,7 @@ def unpack(data: bytes | memoryview) -> list[float]:
     return values.tolist()
 
 
+@runtime_checkable
 class EventSink(Protocol):
     """Interface of a receiver of events."""
 

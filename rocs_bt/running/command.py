@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import msgspec
 
@@ -30,6 +30,7 @@ class RunCommand(msgspec.Struct, frozen=True, kw_only=True):
     rules: str = ""
 
 
+@runtime_checkable
 class Control(Protocol):
     """Source of commands of a run, such as the live page."""
 

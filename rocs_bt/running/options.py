@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.units import NOT_NEGATIVE, Count, PositiveSeconds, Seconds
@@ -21,6 +21,7 @@ Build = Callable[..., Any]
 """Mission function: returns the tree or the Plan of a mission."""
 
 
+@runtime_checkable
 class LiveView(EventSink, Control, Protocol):
     """Live view of a run, such as `rocs_bt.studio.live.LivePage`, with the commands of the people in front of it."""
 
@@ -169,10 +170,12 @@ class RunOptions(Value):
 
     def __post_init__(self) -> None:
         values, faults = values_of(self), list[Fault]()
-        for name, (each, option) in options_of(RunOptions).items():
-            faults += each.faults(values[name], f"the option {name}") if option.flags else []
+        for name, (each, _) in options_of(RunOptions).items():
+            faults += each.faults(values[name], f"the option {name}")
             if isinstance(values[name], str) and each.hint is Path:
                 self.__dict__[name] = Path(values[name])
+            if isinstance(values[name], list):
+                self.__dict__[name] = tuple(values[name])
         if faults:
             raise InputError(*faults)
         if self.follow and self.video is None:
@@ -198,7 +201,7 @@ class RunOptions(Value):
         Raises:
             InputError: One of them is given.
         """
-        given = [name for name, value in given_of(self).items() if value and name != "mode"]
+        given = [name for name in given_of(self) if name != "mode"]
         if names := " and ".join(name for name in given if options_of(RunOptions)[name][1].stage not in ("", stage)):
             if stage == "hardware":
                 raise InputError(f"on hardware nothing is simulated: remove the option {names}.")

@@ -94,10 +94,14 @@ def test_the_options_of_a_run_are_those_that_it_declares(name, stage):
             assert (found[attribute].help, found[attribute].default) == (declared.help, each.default)
 
 
+FUNCTIONS = ("prepare", "go", "preflight", "notice")
+"""Options that are functions."""
+
+
 @pytest.mark.parametrize("name", [name for name, (_, each) in options_of(RunOptions).items() if each.stage])
 def test_an_option_of_one_stage_is_refused_on_the_other(name):
     other = {"simulation": "hardware", "hardware": "simulation"}[options_of(RunOptions)[name][1].stage]
-    value = {"mode": "threaded", "video": Path("v.mp4"), "follow": "R2", "wait": 3.0}
+    value = {"mode": "threaded", "video": Path("v.mp4"), "follow": "R2", "wait": 0.0, **dict.fromkeys(FUNCTIONS, print)}
     given = {name: value.get(name, True), **({"video": Path("v.mp4")} if name == "follow" else {})}
     if name == "swaps":
         given = {name: (SubtreeSwap("a", "b.xml", 1.0),)}
@@ -123,6 +127,10 @@ def test_the_command_line_of_a_run_repeats_what_affects_it(tmp_path):
         ({"wait": math.inf}, "the option wait must be finite, found inf"),
         ({"duration": 0.0}, "the option duration must be positive, found 0"),
         ({"report": "no"}, "the option report must be true or false, found 'no'"),
+        ({"sinks": 3}, "the option sinks must be a list, found 3"),
+        ({"sinks": [print]}, "each of the option sinks must be an object of the type EventSink"),
+        ({"missions": {"R1": 3}}, "R1 of the option missions must be a function, found 3"),
+        ({"progress": True}, "the option progress must be a function, found True"),
         ({"mode": "fast", "seed": -1}, "the option seed .*invalid value 'fast' for the option mode"),
     ],
 )

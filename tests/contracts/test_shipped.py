@@ -34,7 +34,7 @@ STANDARD_SIGNALS = {
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: f"{e.kind}-{e.name}")
 def test_content_is_described_and_in_its_folders_table(entry):
     assert re.fullmatch(r"[A-Z].{10,120}\.", entry.doc), "one sentence for people"
-    folder = CATALOG.shipped / KINDS[entry.kind][0].split("/")[0]
+    folder = CATALOG.shipped / KINDS[entry.kind].patterns[0].split("/")[0]
     table = [line for line in (folder / "README.md").read_text("utf-8").splitlines() if line.startswith("|")]
     assert any(re.search(rf"[`\[/]{entry.name}\b", line) for line in table)
     assert content_hash([entry]) == content_hash([entry])

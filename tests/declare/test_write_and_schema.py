@@ -9,18 +9,18 @@ import pytest
 
 from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.toml_text import as_toml
-from rocs_bt.catalog import Catalog
+from rocs_bt.catalog import KINDS, Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.cli.show import SCHEMAS
+from rocs_bt.cli.show import TABLES
 from rocs_bt.declare import data_of, read, replaced, values_of
 
 ROOT = Path(__file__).parents[2]
 FILES = {
     "identified": sorted(ROOT.glob("robots/*/identified.toml")),
-    "planner": sorted(ROOT.glob("planners/*.toml")),
-    "robot": sorted(ROOT.glob("robots/*/robot.toml")),
-    "scenario": sorted(ROOT.glob("scenarios/*.toml")),
+    "rule_tests": sorted(ROOT.glob("rules/tests/*.toml")),
+    **{kind: sorted(path for p in of.patterns for path in ROOT.glob(p)) for kind, of in KINDS.items() if of.table},
 }
+FILES["schema"] += ROOT.glob("rocs_bt/knowledge/schema/*.toml")
 
 
 @pytest.mark.parametrize("file", FILES["scenario"] + FILES["planner"], ids=lambda file: file.stem)
@@ -41,7 +41,7 @@ def faults(tmp_path_factory):
     """Paths of the values that the schema of a kind refuses."""
     jsonschema = pytest.importorskip("jsonschema")
     folder, checkers = tmp_path_factory.mktemp("schemas"), {}
-    for kind in SCHEMAS:
+    for kind in TABLES:
         assert call(["show", "--schema", kind, "--out", str(folder / kind)]) == 0
         schema = json.loads((folder / kind).read_text(encoding="utf-8"))
         jsonschema.Draft202012Validator.check_schema(schema)
@@ -49,7 +49,7 @@ def faults(tmp_path_factory):
     return lambda kind, data: {error.json_path for error in checkers[kind].iter_errors(data)}
 
 
-@pytest.mark.parametrize(("kind", "file"), [(kind, file) for kind in SCHEMAS for file in FILES[kind]], ids=str)
+@pytest.mark.parametrize(("kind", "file"), [(kind, file) for kind in TABLES for file in FILES[kind]], ids=str)
 def test_the_schema_admits_each_shipped_file(faults, kind, file):
     assert faults(kind, tomllib.loads(file.read_text(encoding="utf-8"))) == set()
 
