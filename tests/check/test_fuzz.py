@@ -1,31 +1,24 @@
-"""Shipped content, mutated: every loader answers with success or with an InputError that names the file."""
+"""A project with one mutated file: it is built, or refused as its check says; tests/contracts has each loader alone."""
 
 from __future__ import annotations
 
 import re
 import shutil
 import tempfile
-from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.actions import ACTIONS
 from rocs_bt.base.errors import InputError
-from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
+from rocs_bt.catalog import Catalog, shipped_root
 from rocs_bt.check import check_content
-from rocs_bt.check.stub_agent import stub_agent
-from rocs_bt.devices.mujoco import compose_world
 from rocs_bt.event import NullSink
-from rocs_bt.expression import Environment
-from rocs_bt.reactive import load_rules
 from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation import build_world
 
 SHIPPED = shipped_root()
-ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"
 ODD_VALUES = [
     "nan", "inf", "-inf", "1e400", '"1e400 m"', '"inf m"', '"-inf deg"', '"nan m"', "0", "-1", '""', '"x"', "[]", "{}",
     "[[]]", "true", '"0 Hz"', '"-20 Hz"', '"1e-300 s"', "1979-05-27", '"5 m5"', '"5 m/s/s/s/s"', '"../../etc"',
@@ -79,73 +72,6 @@ def campaign(examples: int):
         phases=[Phase.generate, Phase.shrink] if soak else [Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-
-
-@cache
-def environment() -> Environment:
-    catalog = Catalog()
-    agent = stub_agent(catalog.load_robot("pioneer_p3dx"), catalog.load_class)
-    return Environment.of(agent.knowledge.signals)
-
-
-def read_robot(path: Path) -> None:
-    robot = load_robot(path)
-    stub_agent(robot, Catalog(code=False).load_class)
-
-
-def read_scenario(path: Path) -> None:
-    Catalog().load_scenario(str(path))
-
-
-def read_rules(path: Path) -> None:
-    load_rules(path, environment(), ACTIONS)
-
-
-def read_world(path: Path) -> None:
-    compose_world(path, [])
-
-
-def read_python(path: Path) -> None:
-    classes_in(path)
-
-
-CASES = [
-    (ROBOT, read_robot, 150),
-    (SHIPPED / "scenarios" / "exp1.toml", read_scenario, 150),
-    (SHIPPED / "rules" / "avoid_collision.toml", read_rules, 150),
-    (SHIPPED / "scenarios" / "worlds" / "arena_box.xml", read_world, 60),
-    (ROBOT.with_name("robot.xml"), read_world, 60),
-    (SHIPPED / "planners" / "missions" / "go_to.py", read_python, 60),
-]
-
-
-def fuzz(source: Path, read, examples: int) -> None:
-    text = source.read_text(encoding="utf-8")
-
-    @campaign(examples)
-    @given(mutations(text))
-    def holds(data: bytes) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / source.name
-            for beside in source.parent.glob("robot.xml"):
-                (path.parent / beside.name).write_bytes(beside.read_bytes())
-            path.write_bytes(data)
-            try:
-                read(path)
-            except InputError as error:
-                assert error.faults
-                assert all(fault.message for fault in error.faults)
-            make_entry(path, "rules", "file")  # its description is read from whatever is there
-
-    holds()
-
-
-LONG = [pytest.param(source, read, 30 * examples, marks=pytest.mark.soak) for source, read, examples in CASES]
-
-
-@pytest.mark.parametrize(("source", "read", "examples"), CASES + LONG)
-def test_mutated_content_is_read_or_refused(source, read, examples):
-    fuzz(source, read, examples)
 
 
 PROJECT = [
