@@ -8,7 +8,7 @@ import shutil
 import pytest
 
 SCENARIO, ROBOT, RULES = "scenarios/first.toml", "robots/rover/robot.toml", "rules/keep_clear.toml"
-WORLD, BODY, MISSION = "scenarios/worlds/yard.xml", "robots/rover/robot.xml", "planners/missions/patrol.py"
+WORLD, MISSION = "scenarios/worlds/yard.xml", "planners/missions/patrol.py"
 
 
 def refused(told, *patterns):
@@ -16,27 +16,6 @@ def refused(told, *patterns):
     assert "Traceback" not in told.text
     for pattern in patterns:
         assert re.search(pattern, told.text), told.text
-
-
-@pytest.mark.parametrize("command", [("check",), ("list",)], ids=lambda c: c[0])
-@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES])
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("n = " + "1" * 10_000, "an integer has more than 64 bits"),
-        (".".join("a" * 20_000) + " = 1", "a key has more than 100 parts"),
-    ],
-    ids=["digits", "dotted key"],
-)
-def test_numbers_and_keys_without_end_are_refused_at_their_line(project, rocs_bt, command, file, line, message):
-    path = project / file
-    path.write_text(f"{line}\n{path.read_text()}")
-    told = rocs_bt(*command)
-    if command == ("list",):
-        assert told.code == 0  # names alone are listed
-        assert "Traceback" not in told.text
-    else:
-        refused(told, rf"{path.name}:1:\d: {message}")
 
 
 @pytest.mark.parametrize(
@@ -55,23 +34,6 @@ def test_paths_too_long_for_the_machine_are_names_that_do_not_exist(project, roc
     assert old in text
     path.write_text(text.replace(old, new.format("a/" + "x" * 5000)))
     refused(rocs_bt("check"), rf"{path.name}:\d+:1: .*xxx")
-
-
-@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY])
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
-def test_a_truncated_file_is_refused(project, rocs_bt, file, share):
-    data = (project / file).read_bytes()
-    (project / file).write_bytes(data[: int(share * len(data))])
-    told = rocs_bt("check", project / file)
-    assert "Traceback" not in told.text
-    # A rule file may be cut between two rules, and then be whole.
-    assert told.code == 2 or share == 0.9
-
-
-@pytest.mark.parametrize("file", [SCENARIO, ROBOT, RULES, WORLD, BODY, MISSION])
-def test_a_file_that_is_no_text_is_refused(project, rocs_bt, file):
-    (project / file).write_bytes(b"\xff\xfe\x00\x01" * 50)
-    refused(rocs_bt("run", "first"))
 
 
 @pytest.mark.parametrize("gone", ["robots/rover/robot.xml", WORLD, MISSION, RULES])
