@@ -214,22 +214,10 @@ def _table(answers: Answers) -> str:
         return "yes."
     heads = [*answers.variables, *answers.columns]
     values = answers.values or ((),) * len(answers)
-    rows = [[*names, *map(_shown, given)] for names, given in zip(answers.rows, values, strict=True)]
+    rows = [[*names, *map(value_text, given)] for names, given in zip(answers.rows, values, strict=True)]
     widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in [heads, *rows]]
     return "\n".join(line.rstrip() for line in lines)
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, tuple):
-        return f"({', '.join(_shown(each) for each in value)})"
-    return str(value)
 
 
 def _plain(answer: dict[str, Any]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def test_answers_are_a_table_or_json(kept, capsys):
     assert call(["knowledge", "query", kept, "object give pose, moves"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "object  pose       moves",
-        "anna    (2, 0, 0)  -",
+        "anna    (2, 0, 0)  unknown",
         "box     (3, 0, 0)  false",
     ]
     assert call(["knowledge", "query", kept, "object where object == 'box' give pose", "--json"]) == 0
