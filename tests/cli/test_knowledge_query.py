@@ -35,7 +35,7 @@ def test_answers_are_a_table_or_json(kept, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "object  pose       moves",
         "anna    (2, 0, 0)  unknown",
-        "box     (3, 0, 0)  false",
+        "box     (3, 0, 0)  no",
     ]
     assert call(["knowledge", "query", kept, "object where object == 'box' give pose", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == [{"object": "box", "pose": [3.0, 0.0, 0.0]}]

@@ -12,7 +12,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
-from rocs_bt.declare import Keys, Rest, Value, fields_of
+from rocs_bt.declare import Keys, Registered, Rest, Value, fields_of
 from rocs_bt.devices.simulated import ACTUATORS, SENSORS, declared_keys
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
@@ -272,6 +272,8 @@ def keys_of(cls):
             found |= keys_of(inner.cls)
         elif (rest := each.mark(Rest)) is not None:
             found |= set(rest.keys)
+        elif (added := each.mark(Registered)) is not None:
+            found |= set(added.names)
         elif each.is_key:
             found.add(each.key)
     return found
@@ -283,6 +285,8 @@ def tables(cls, title):
     for each in fields_of(cls):
         if each.is_key and isinstance(each.hint, type) and issubclass(each.hint, Value):
             yield from tables(each.hint, f"{title}.{each.key}")
+        if (added := each.mark(Registered)) is not None:
+            yield from ((f"{title}.{name}", added.cls(name)) for name in added.names)
 
 
 @pytest.mark.parametrize(("title", "cls"), [pair for kind, cls in CLASSES.items() for pair in tables(cls, kind)])
