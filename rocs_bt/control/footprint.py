@@ -1,7 +1,7 @@
 """Rectangular footprint of a robot, and its distances to points.
 
 A gap is the signed distance of one point to the hull, negative inside. The clearance of a pose is its smallest gap to
-any point. The contact time is the time after which a moving robot has a point within a margin.
+any point. The contact time is the time after which a moving robot has a point inside its hull.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GROUP = 4
 """Number of consecutive poses for which the nearest points are searched together."""
 
 CLOSING = 0.008
-"""Minimum approach of a point that is already within the margin to count as contact [m]; else the robot passes it."""
+"""Minimum approach of a point that is inside already to count as contact [m]; else the robot passes it."""
 
 
 @dataclass(frozen=True)
@@ -92,30 +92,28 @@ class Footprint:
         least: Array = np.minimum.reduceat(gaps, np.searchsorted(group, np.arange(len(groups)))).reshape(-1)
         return least[: len(poses)]
 
-    def contact_time(self, points: Array, twist: Twist2, times: Array, margin: float = 0.0) -> float:
-        """Predict when a point comes within a margin of the hull, for a robot that moves with constant twist.
+    def contact_time(self, points: Array, twist: Twist2, times: Array) -> float:
+        """Predict when a point touches the hull, for a robot that moves with constant twist.
 
-        A point that is already within the margin counts only once it has come nearer by `CLOSING`, so that a robot
-        close to an obstacle can leave or pass it.
+        A point that is already inside counts only once it has come nearer by `CLOSING`, so that a robot close to an
+        obstacle can leave or pass it.
 
         Args:
             points: Points around the robot, body frame, shape (m, 2) [m].
             twist: Velocity of the robot, body frame.
             times: Times to check, from now on, ascending, shape (k,) [s].
-            margin: Gap that counts as contact [m].
 
         Returns:
             Time of contact [s]; +inf without contact.
         """
         poses = poses_ahead(twist, times)
         low, high = poses[:, :2].min(axis=0, initial=0.0), poses[:, :2].max(axis=0, initial=0.0)
-        reach = self.outer + margin
-        near = points[((points >= low - reach) & (points <= high + reach)).all(axis=1)]
+        near = points[((points >= low - self.outer) & (points <= high + self.outer)).all(axis=1)]
         if len(near) == 0:
             return math.inf
         c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         dx, dy = near[:, 0] - poses[:, :1], near[:, 1] - poses[:, 1:2]
-        return first_contact(times, self.gap(c * dx + s * dy, c * dy - s * dx), self.gaps(near), margin)
+        return first_contact(times, self.gap(c * dx + s * dy, c * dy - s * dx), self.gaps(near))
 
 
 def poses_ahead(twist: Twist2, times: Array) -> Array:
@@ -129,16 +127,15 @@ def poses_ahead(twist: Twist2, times: Array) -> Array:
     return np.column_stack([along * forward - across * left, across * forward + along * left, turn])
 
 
-def first_contact(times: Array, gaps: Array, now: Array, margin: float = 0.0) -> float:
-    """First of the times, shape (k,) [s], at which one of the gaps is within a margin; +inf if none is.
+def first_contact(times: Array, gaps: Array, now: Array) -> float:
+    """First of the times, shape (k,) [s], at which one of the gaps is negative; +inf if none is.
 
-    A gap that is already within the margin counts only once it has shrunk by `CLOSING`.
+    A gap that is negative already counts only once it has shrunk by `CLOSING`.
 
     Args:
         times: Times, ascending, shape (k,) [s].
         gaps: Gap of each obstacle at each time, shape (k, m) [m].
         now: Gap of each obstacle at present, shape (m,) [m].
-        margin: Gap that counts as contact [m].
     """
-    touched = (gaps < np.where(now > margin, margin, now - CLOSING)).any(axis=1)
+    touched = (gaps < np.where(now > 0.0, 0.0, now - CLOSING)).any(axis=1)
     return float(times[touched.argmax()]) if touched.any() else math.inf

@@ -94,7 +94,7 @@ class Prediction:
         gaps -= self.radius
         return gaps
 
-    def contact(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> tuple[float, float]:
+    def contact(self, hull: Footprint, pose: Pose2, twist: Twist2) -> tuple[float, float]:
         """First contact with a mover, and the smallest gap, of a robot that moves with a constant twist.
 
         A mover that already touches the robot counts only once it has come nearer, so that the robot can leave.
@@ -103,7 +103,6 @@ class Prediction:
             hull: Outline of the robot.
             pose: Pose of the robot at the first predicted time, world frame.
             twist: Velocity of the robot, body frame.
-            horizon: Time ahead within which a contact counts [s]; at most to the last predicted time.
 
         Returns:
             Time from the first predicted time to the contact [s], +inf without one; smallest gap [m], +inf without
@@ -111,16 +110,12 @@ class Prediction:
         """
         if not len(self):
             return math.inf, math.inf
-        ahead, gaps = self._along(hull, pose, twist, horizon)
-        return first_contact(ahead, gaps, gaps[0]), float(gaps.min())
-
-    def _along(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float) -> tuple[Array, Array]:
-        """Times ahead, shape (n,) [s], and gaps at these times, shape (n, m) [m]."""
-        until = min(horizon, float(self.times[-1] - self.times[0]))
+        until = float(self.times[-1] - self.times[0])
         ahead = np.linspace(0.0, until, max(math.ceil(until / STEP - 1e-9), 1) + 1)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         poses = poses_ahead(twist, ahead) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
-        return ahead, self.gaps(hull, poses, self.times[0] + ahead)
+        gaps = self.gaps(hull, poses, self.times[0] + ahead)
+        return first_contact(ahead, gaps, gaps[0]), float(gaps.min())
 
 
 def accelerated(velocity: Array, acceleration: Array, top: Array, ahead: Array) -> Array:

@@ -86,8 +86,6 @@ def speed_profile(
     *,
     cruise: float,
     lateral_acceleration: float = 1.0,
-    acceleration: float | None = None,
-    start_speed: float | None = None,
     end_speed: float = 0.0,
     limit: Array | None = None,
     yaws: Array | None = None,
@@ -107,23 +105,20 @@ def speed_profile(
         locomotion: Locomotion with its limits.
         cruise: Speed on straight parts [m/s].
         lateral_acceleration: Maximum lateral acceleration in curves [m/s2].
-        acceleration: Maximum acceleration along the path [m/s2]; None for the limit of the locomotion.
-        start_speed: Speed limit at the start [m/s]; None for no limit, for a robot that may join anywhere.
         end_speed: Speed limit at the end [m/s].
         limit: Additional speed limits at each sample, for example from clearance, shape (n,) [m/s].
         yaws: Yaw at each sample, without jumps of 2 pi, shape (n,) [rad]; None for the tangent.
         turn_rate: Maximum turn rate along the path with `yaws` [rad/s].
 
     Raises:
-        InputError: A speed or an acceleration is out of range.
+        InputError: A speed or the lateral acceleration is out of range.
     """
-    along = locomotion.acceleration_limit if acceleration is None else acceleration
-    for name, value in (("cruise", cruise), ("lateral_acceleration", lateral_acceleration), ("acceleration", along)):
+    along = locomotion.acceleration_limit
+    for name, value in (("cruise", cruise), ("lateral_acceleration", lateral_acceleration)):
         if not (0.0 < value < np.inf):
             raise InputError(f"{name} of a speed profile must be a positive number, found {value}.")
-    for name, end in (("start_speed", start_speed), ("end_speed", end_speed)):
-        if end is not None and not (0.0 <= end < np.inf):
-            raise InputError(f"{name} of a speed profile must be 0 or more, found {end}.")
+    if not (0.0 <= end_speed < np.inf):
+        raise InputError(f"end_speed of a speed profile must be 0 or more, found {end_speed}.")
     stations = np.arange(len(path.samples), dtype=float) * path.spacing
     bend = np.abs(path.samples[:, 3])
     if yaws is None:
@@ -135,8 +130,6 @@ def speed_profile(
     squared = np.minimum(squared, lateral_acceleration / np.maximum(bend, 1e-9))
     if limit is not None:
         squared = np.minimum(squared, limit**2)
-    if start_speed is not None:
-        squared[0] = min(squared[0], start_speed**2)
     squared[-1] = min(squared[-1], end_speed**2)
     speeds = np.sqrt(_two_passes(squared, accelerations, path.spacing))
     return SpeedProfile(stations, speeds, _times(speeds, path.spacing), along)

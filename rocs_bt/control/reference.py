@@ -224,31 +224,19 @@ class TurnReference(Reference):
         yaw: Final yaw, world frame [rad].
         x: Position of the turn, world frame [m].
         y: Position of the turn, world frame [m].
-        rate: Maximum turn rate [rad/s].
-        acceleration: Angular acceleration [rad/s2].
         icr_offset: Distance of the centre of rotation ahead of its base, see `Locomotion.icr_offset` [m].
     """
 
-    def __init__(
-        self,
-        yaw: float,
-        x: float,
-        y: float,
-        rate: float = TURN_RATE,
-        acceleration: float = TURN_ACCELERATION,
-        icr_offset: float = 0.0,
-    ) -> None:
+    def __init__(self, yaw: float, x: float, y: float, icr_offset: float = 0.0) -> None:
         self.yaw = yaw
         self.x = x
         self.y = y
-        self._rate = rate
-        self._acceleration = acceleration
         self._icr_offset = icr_offset
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         error = wrap_angle(pose.yaw - self.yaw)
         cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
-        turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
+        turning = _turn(pose.yaw, -error, twist.turn, TURN_RATE, TURN_ACCELERATION, times)
         return Preview(_turn_stages(Pose2(self.x, self.y, pose.yaw), *turning, self._icr_offset), cross, error)
 
 

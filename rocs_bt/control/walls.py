@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from .locomotion import Array
+from .way_field import WayField
 
 STRIDE = 0.2
 """Greatest distance between two points of a motion that are checked [m]."""
@@ -20,14 +20,7 @@ PROBE, AROUND = 0.1, np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]
 """Distance of the points around a place from which the direction of a wall is measured [m], and their directions."""
 
 
-class Walls(Protocol):
-    """Obstacles that do not move."""
-
-    def gap(self, x: Array, y: Array) -> Array:
-        """Distances of points from the nearest obstacle, of the shape of the arguments, world frame [m]."""
-
-
-def follow(walls: Walls, start: Array, positions: Array, radius: Array) -> None:
+def follow(walls: WayField, start: Array, positions: Array, radius: Array) -> None:
     """Lead predicted motions along the walls into which they would run, up to a corner.
 
     Args:
@@ -49,7 +42,7 @@ def follow(walls: Walls, start: Array, positions: Array, radius: Array) -> None:
         positions[rows] = _led(walls, start[rows], path[rows], blocked[rows], room[rows])[:, parts - 1 :: parts]
 
 
-def _led(walls: Walls, start: Array, path: Array, blocked: npt.NDArray[np.bool_], room: Array) -> Array:
+def _led(walls: WayField, start: Array, path: Array, blocked: npt.NDArray[np.bool_], room: Array) -> Array:
     """Paths of m movers, shape (m, n, 2), that reach a wall: to it, then along it with what is left of the speed."""
     first = blocked.argmax(axis=1)
     at = np.concatenate([start[:, None], path], axis=1)[np.arange(len(path)), first]

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..control.prediction import HYPOTHESES, Prediction, accelerated, displaced
-from ..control.walls import Walls, follow
+from ..control.walls import follow
+from ..control.way_field import WayField
 from .signals import Array
 
 MAX_MARGIN = 0.4
@@ -73,7 +74,7 @@ class Movers:
         ids, sure = np.arange(1, n + 1), np.zeros((n, 4, 4))
         return cls(t, ids, mean, sure, radii, seen, speed > 0.0, np.zeros(n), still, speed, belief)
 
-    def predict(self, times: Array | Sequence[float], walls: Walls | None = None) -> Prediction:
+    def predict(self, times: Array | Sequence[float], walls: WayField | None = None) -> Prediction:
         """Predict the motion of all movers, with a row for each possible hypothesis of each mover.
 
         Args:

@@ -70,9 +70,9 @@ def test_who_stands_close_may_leave_or_pass():
     wall = np.column_stack([np.linspace(-1, 1, 50), np.full(50, 0.205)])  # 5 mm beside it
     assert HULL.contact_time(wall, Twist2(0.5), TIMES) == math.inf
     assert HULL.contact_time(wall, Twist2(0.5, 0.3), TIMES) < 0.5
-    assert HULL.contact_time(wall, Twist2(0.5), TIMES, margin=0.01) < 0.5
-    ahead = np.array([[0.25 + 0.5 * CLOSING, 0.0]])
-    assert HULL.contact_time(ahead, Twist2(-0.5), TIMES, margin=0.02) == math.inf
+    inside = np.array([[0.25 - 0.5 * CLOSING, 0.0]])
+    assert HULL.contact_time(inside, Twist2(-0.5), TIMES) == math.inf
+    assert HULL.contact_time(inside, Twist2(0.5), TIMES) < 0.5
 
 
 def test_a_hull_without_a_side_is_refused():

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from rocs_bt.control.locomotion import Locomotion
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
-from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
+from rocs_bt.control.reference import TURN_RATE, PathReference, TimedReference, TurnReference
 
 TIMES = 0.1 * np.arange(1, 21)
 STILL = Twist2(0.0)
@@ -21,7 +22,8 @@ Row = tuple[float, float, float]
 
 
 def along(drive: Locomotion, path: Path, cruise: float = 0.5) -> PathReference:
-    return PathReference(path, speed_profile(path, drive, cruise=cruise, acceleration=0.5))
+    gentle = replace(drive, max_acceleration=np.array(0.5))
+    return PathReference(path, speed_profile(path, gentle, cruise=cruise))
 
 
 def test_a_robot_at_rest_is_asked_to_gain_speed_from_where_it_is(drive: Locomotion) -> None:
@@ -120,12 +122,12 @@ def test_timetables_that_are_none_are_refused(times: list[float], poses: object)
 
 @given(st.floats(-3.1, 3.1), st.floats(-3.1, 3.1), st.floats(-2.0, 2.0))
 def test_turns_stay_within_rate_and_acceleration_and_do_not_pass_the_goal(yaw: float, goal: float, turn: float) -> None:
-    preview = TurnReference(goal, 1.0, 2.0, rate=1.0, acceleration=2.0).sample(
+    preview = TurnReference(goal, 1.0, 2.0).sample(
         Pose2(1.0, 2.0, yaw), Twist2(0.0, turn), 0.1 * np.arange(1, 101), 0.0
     )
     yaws, rates = preview.stages[:, 2], preview.stages[:, 5]
     assert math.cos(yaws[-1] - goal) == pytest.approx(1.0, abs=1e-6)
-    assert np.abs(rates).max() <= max(1.0, abs(turn)) + 1e-9
+    assert np.abs(rates).max() <= max(TURN_RATE, abs(turn)) + 1e-9
     steps = np.diff(np.concatenate([[yaw], yaws]))
     assert (steps >= -1e-9).all() or (steps <= 1e-9).all()
     assert abs(yaws[-1] - yaw) <= math.tau
