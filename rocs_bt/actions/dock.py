@@ -4,28 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 
-from ..base.errors import did_you_mean
 from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..base.units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from ..control.path import Path
-from ..interfaces.action import Action, ActionFailed, Body, MacroAction, Reason
+from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .path_drive import PathDrive
+from .pose import GoalAction, goal_pose
 from .set_twist import hold
 from .stop import Stop
 from .turn import TurnTo
-
-if TYPE_CHECKING:
-    from ..knowledge import Knowledge
 
 READY = 0.05
 """Distance from the staging pose at which this pose counts as reached [m]."""
 
 
-class Dock(MacroAction):
+class Dock(GoalAction):
     """Drive to a staging pose in front of a dock, turn, and creep in; if misaligned, back out and try again.
 
     The pose of the dock in the world model is the pose of the docked robot. The robot is docked when it is stationary
@@ -53,26 +50,10 @@ class Dock(MacroAction):
     attempts: int = 3
     _ahead: float = math.inf
 
-    def decompose(self, body: Body) -> Iterator[Action]:
-        world = body.knowledge.world
-        self._dock(body)
-        if self.goal in world.goals():
-            world.pursue(self.goal)
-        try:
-            yield from self._tries(body)
-        except ActionFailed:
-            self._release_goal(body)
-            raise
-        self._release_goal(body)
-
-    def remaining(self, knowledge: Knowledge) -> float:
-        dock = knowledge.world.pose_of(self.goal)
-        return math.nan if dock is None else knowledge.robot.pose().distance(dock)
-
-    def _tries(self, body: Body) -> Iterator[Action]:
+    def _drive_to_goal(self, body: Body) -> Iterator[Action]:
         missed = ""
         for attempt in range(1, self.attempts + 1):
-            dock = self._dock(body)
+            dock = goal_pose(body, self.goal)
             staging = Pose2(*dock.transform(-self.staging, 0.0), dock.yaw)
             yield from self._drive(body, staging, self.cruise, READY)
             yield TurnTo(yaw=dock.yaw)
@@ -142,18 +123,6 @@ class Dock(MacroAction):
         if skew > self.facing:
             return f"{math.degrees(skew):.1f} deg"
         return "" if touches or abs(along) <= self.tolerance else f"{abs(along):.3f} m along"
-
-    def _release_goal(self, body: Body) -> None:
-        if body.knowledge.world.pursued() == self.goal:
-            body.knowledge.world.pursue(None)
-
-    def _dock(self, body: Body) -> Pose2:
-        world = body.knowledge.world
-        pose = world.pose_of(self.goal)
-        if pose is None:
-            hint = did_you_mean(self.goal, [*world.goals(), *world.places()], "The world")
-            raise ActionFailed(Reason.NO_GOAL, f"no node '{self.goal}' with a known pose. {hint}")
-        return pose
 
 
 def _offset(dock: Pose2, pose: Pose2) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from .among import Among
 from .ground import known_speed
 from .heading import ALONG
 from .path_action import Height, PathAction
-from .pose import goal_pose, goal_tolerance
+from .pose import GoalAction, goal_pose, goal_tolerance
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
@@ -55,7 +55,7 @@ PROGRESS = 0.1
 """Displacement within `patience` below which the robot is stuck, in space for a desired height [m]."""
 
 
-class FollowRoute(PathAction):
+class FollowRoute(GoalAction, PathAction):
     """Drive along a route to a goal with the follower, as fast as the clearance allows.
 
     The route may be replaced at any time (`points` is live), so the robot keeps driving while a new one is planned. The
@@ -115,18 +115,11 @@ class FollowRoute(PathAction):
             yield "pass_on", wrong
 
     def decompose(self, body: Body) -> Iterator[Action]:
-        world = body.knowledge.world
-        if self.goal in world.goals():
-            world.pursue(self.goal)
-        yield from self._drive(body)
-        if world.pursued() == self.goal:
-            world.pursue(None)
+        self._pursue(body)
+        yield from self._drive_to_goal(body)  # if it fails, the goal stays: the mission plans another route to it
+        self._release(body)
 
-    def remaining(self, knowledge: Knowledge) -> float:
-        goal = knowledge.world.pose_of(self.goal)
-        return float("nan") if goal is None else knowledge.robot.pose().distance(goal)
-
-    def _drive(self, body: Body) -> Iterator[Action]:
+    def _drive_to_goal(self, body: Body) -> Iterator[Action]:
         drive, room = self.path_drive(body, self.cruise, LATERAL, TURN_FIRST), _Room(body)
         among = Among(body, drive, self.cruise, Manners(personal_space=self.personal_space, side=self.pass_on))
         driven: Sequence[Sequence[float]] | None = None

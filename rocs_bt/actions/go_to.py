@@ -4,31 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from ..base.units import NOT_NEGATIVE, Metres, PositiveMetresPerSecond
 from ..control.path import Path
 from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .heading import ALONG
 from .path_action import Height, PathAction
-from .pose import goal_pose, goal_tolerance
-
-if TYPE_CHECKING:
-    from ..knowledge import Knowledge
+from .pose import GoalAction, goal_pose, goal_tolerance
 
 MOVED = 0.05  # [m] displacement of the goal that triggers a new path
 ARRIVED = 0.05  # [m] greatest distance from a goal of any tolerance at which the robot has arrived
 MISSES = 5  # number of paths that may end away from the goal before the action fails
 
 
-class GoTo(PathAction):
+class GoTo(GoalAction, PathAction):
     """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 
     If the heading error exceeds 60 deg, the robot first turns on the spot, unless it has another heading than `along`:
     then it turns while it drives. A moving goal is followed.
-
-    The action makes the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued
-    goal during a reflex and is released when the action succeeds or fails.
 
     Attributes:
         goal: Node of the world model with a pose.
@@ -46,23 +40,7 @@ class GoTo(PathAction):
     heading: str = ALONG
     height: Height = math.inf
 
-    def decompose(self, body: Body) -> Iterator[Action]:
-        world = body.knowledge.world
-        goal_pose(body, self.goal)
-        if self.goal in world.goals():
-            world.pursue(self.goal)
-        try:
-            yield from self._drive(body)
-        except ActionFailed:
-            self._release_goal(body)
-            raise
-        self._release_goal(body)
-
-    def remaining(self, knowledge: Knowledge) -> float:
-        goal = knowledge.world.pose_of(self.goal)
-        return math.nan if goal is None else knowledge.robot.pose().distance(goal)
-
-    def _drive(self, body: Body) -> Iterator[Action]:
+    def _drive_to_goal(self, body: Body) -> Iterator[Action]:
         drive, planned, misses = self.path_drive(body, self.cruise), None, 0
         tolerance = self.tolerance or min(ARRIVED, goal_tolerance(body, self.goal))
         near = tolerance + body.locomotion.sway
@@ -82,7 +60,3 @@ class GoTo(PathAction):
                 drive.begin(Path.line(pose, goal))
                 planned = goal
             yield drive.step(pose)
-
-    def _release_goal(self, body: Body) -> None:
-        if body.knowledge.world.pursued() == self.goal:
-            body.knowledge.world.pursue(None)

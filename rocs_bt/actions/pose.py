@@ -1,12 +1,17 @@
-"""Poses for motion actions: that of the robot, with short losses tolerated, and that of a goal."""
+"""Poses for motion actions: that of the robot, with short losses tolerated, and that of a goal that is pursued."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..base.errors import did_you_mean
 from ..base.geometry import Pose2
-from ..interfaces.action import ActionFailed, Body, Reason
+from ..interfaces.action import Action, ActionFailed, Body, MacroAction, Reason
+
+if TYPE_CHECKING:
+    from ..knowledge import Knowledge
 
 PATIENCE = 5
 """Number of consecutive periods without a pose for which a motion action waits at standstill."""
@@ -69,3 +74,43 @@ def goal_pose(body: Body, goal: str) -> Pose2:
         hint = did_you_mean(goal, [*world.goals(), *world.places()], "The world")
         raise ActionFailed(Reason.NO_GOAL, f"no node '{goal}' with a known pose. {hint}")
     return pose
+
+
+class GoalAction(MacroAction):
+    """Base class of actions that drive to a node of the world model; its subclasses declare the parameter `goal`.
+
+    The action makes the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued
+    goal during a reflex and is released when the action succeeds or fails.
+
+    Attributes:
+        goal: Node of the world model with a pose.
+    """
+
+    if TYPE_CHECKING:  # a parameter of the subclasses
+        goal: str
+
+    def decompose(self, body: Body) -> Iterator[Action]:
+        goal_pose(body, self.goal)
+        self._pursue(body)
+        try:
+            yield from self._drive_to_goal(body)
+        except ActionFailed:
+            self._release(body)
+            raise
+        self._release(body)
+
+    def remaining(self, knowledge: Knowledge) -> float:
+        goal = knowledge.world.pose_of(self.goal)
+        return math.nan if goal is None else knowledge.robot.pose().distance(goal)
+
+    def _drive_to_goal(self, body: Body) -> Iterator[Action]:
+        """Actions that lead to the goal."""
+        raise NotImplementedError
+
+    def _pursue(self, body: Body) -> None:
+        if self.goal in body.knowledge.world.goals():
+            body.knowledge.world.pursue(self.goal)
+
+    def _release(self, body: Body) -> None:
+        if body.knowledge.world.pursued() == self.goal:
+            body.knowledge.world.pursue(None)

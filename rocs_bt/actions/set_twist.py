@@ -10,8 +10,7 @@ from ..base.errors import KnowledgeError
 from ..base.geometry import Twist2, Twist3
 from ..base.units import Bounds, MetresPerSecond, RadiansPerSecond, Seconds
 from ..interfaces.action import Action, AtomicAction, Body, Failure, Progress, Reason
-from .set_wheel_speed import SetWheelSpeed
-from .timing import HoldTimer
+from .set_wheel_speed import HoldTimer, SetWheelSpeed
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

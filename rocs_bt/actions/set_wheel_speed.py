@@ -4,16 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.errors import KnowledgeError
 from ..base.units import SPEED, Bounds, Seconds
 from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
-from .timing import HoldTimer
 
 if TYPE_CHECKING:
     from ..control.locomotion import Locomotion
     from ..knowledge import Knowledge
+
+
+@dataclass
+class HoldTimer:
+    """Timer of an action that commands the same motion for a time or until a condition holds."""
+
+    _begun: float | None = None
+
+    def over(self, body: Body, duration: float, until: Callable[[Body], bool] | None) -> bool:
+        """Whether the action has ended before this period: the time is over [s], or the condition holds."""
+        now = body.clock.now()
+        if self._begun is None:
+            self._begun = now
+        return now - self._begun >= duration or (until is not None and until(body))
+
+    def progress(self, body: Body, duration: float) -> Progress:
+        """Progress after the command of this period; the action succeeds in its last period."""
+        elapsed = body.clock.now() - (self._begun or 0.0)
+        # Half a period of tolerance absorbs the jitter of real time and rounds the duration to whole periods.
+        return Progress.SUCCEEDED if elapsed + 1.5 * body.period > duration else Progress.RUNNING
 
 
 class SetWheelSpeed(AtomicAction):
