@@ -121,14 +121,8 @@ class Building:
             return Block(self.door_name(door), x, y + aside, LEAF_THICKNESS, self.opening)
         return Block(self.door_name(door), x + aside, y, self.opening, LEAF_THICKNESS)
 
-    def closing(self, door: Door, at: float, duration: float = 1.0) -> Table:
-        """Actor table of a door that begins to close at a time [s], or later when no robot blocks it.
-
-        Args:
-            door: Door that closes.
-            at: Time of closing [s].
-            duration: Duration of the motion [s].
-        """
+    def closing(self, door: Door, at: float) -> Table:
+        """Actor table of a door that begins to close at a time [s], or later when no robot blocks it."""
         begin, end = self.leaf(door, closed=False), self.leaf(door, closed=True)
         return {
             "name": begin.name,
@@ -137,7 +131,7 @@ class Building:
             "to_x": quantity(end.x, "m"),
             "to_y": quantity(end.y, "m"),
             "depart_at": quantity(at, "s"),
-            "duration": quantity(duration, "s"),
+            "duration": "1 s",
             "wait_distance": quantity(0.5 * self.opening + 0.5, "m"),
             "at_target": "shut",
         }

@@ -15,7 +15,7 @@ from .comparison import Comparison
 from .episode import SceneRef
 from .record import EpisodeRecord
 from .runner import EpisodeRunner, agent_of
-from .statistics import LEVEL, Estimate
+from .statistics import Estimate
 from .verdict import Verdict, adjusted
 
 POOLED = "all"
@@ -103,7 +103,7 @@ def applicable(
             yield perturbation
 
 
-def losses(comparison: Comparison, metrics: Sequence[str], *, level: float = LEVEL) -> list[Loss]:
+def losses(comparison: Comparison, metrics: Sequence[str]) -> list[Loss]:
     """Loss of each planner by each of its perturbations and by all together, adjusted for multiple claims.
 
     The planners of the episodes are named `PLANNER` and `PLANNER~PERTURBATION`.
@@ -119,10 +119,8 @@ def losses(comparison: Comparison, metrics: Sequence[str], *, level: float = LEV
                 claims.append((table, warm, name, metric))
                 estimates = comparison.estimate(warm, metric), table.estimate(name, metric)
                 found.append((warm, name.removeprefix(f"{warm}~"), *estimates))
-    verdicts = [
-        table.verdict(warm, name, metric, level=level, claims=len(claims)) for table, warm, name, metric in claims
-    ]
-    return [Loss(*each, verdict) for each, verdict in zip(found, adjusted(verdicts, level), strict=True)]
+    verdicts = [table.verdict(warm, name, metric, claims=len(claims)) for table, warm, name, metric in claims]
+    return [Loss(*each, verdict) for each, verdict in zip(found, adjusted(verdicts), strict=True)]
 
 
 def _pooled(comparison: Comparison, warm: str, cold: Sequence[str]) -> Comparison | None:

@@ -212,22 +212,19 @@ class Comparison:
         found = judge((a, b), values, what, margin=margin, level=level, span=span, any_time=any_time, claims=claims)
         return found if len(self.scenes) > 1 else replace(found, scenes=1)
 
-    def verdicts(
-        self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL, any_time: bool = False
-    ) -> list[Verdict]:
+    def verdicts(self, of: Sequence[str | Metric] = ("success",), *, any_time: bool = False) -> list[Verdict]:
         """Verdicts on all pairs of planners for some metrics, adjusted for multiple claims (Holm)."""
         pairs = list(combinations(self.planners, 2))
         claims = len(of) * len(pairs)
-        found = [self.verdict(a, b, m, level=level, any_time=any_time, claims=claims) for m in of for a, b in pairs]
-        return adjusted(found, level)
+        return adjusted([self.verdict(a, b, m, any_time=any_time, claims=claims) for m in of for a, b in pairs])
 
-    def settled(self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL) -> bool:
+    def settled(self, of: Sequence[str | Metric] = ("success",)) -> bool:
         """Whether all pairs of planners have a conclusive verdict in all metrics, so that a sweep may stop.
 
         It may be called after every scene, if the scenes are complete (all planners, all seeds) and in order. Verdicts
         of a sweep that was stopped this way need `any_time`.
         """
-        return all(verdict.word != "inconclusive" for verdict in self.verdicts(of, level=level, any_time=True))
+        return all(verdict.word != "inconclusive" for verdict in self.verdicts(of, any_time=True))
 
     def span(self, of: str | Metric) -> float:
         """Greatest possible difference of a metric between two episodes, in the metric's unit; NaN if unbounded."""

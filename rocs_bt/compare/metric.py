@@ -76,6 +76,10 @@ class EpisodeData:
         return reached if self.success and reached is not None else self.time_limit
 
 
+Direction = Literal["up", "down"]
+OnFailure = Literal["counts", "until_failure"]
+
+
 @dataclass(frozen=True)
 class Metric:
     """Definition of a metric: a number computed from one episode.
@@ -93,8 +97,8 @@ class Metric:
 
     name: str
     unit: str
-    direction: Literal["up", "down"]
-    on_failure: Literal["counts", "until_failure"]
+    direction: Direction
+    on_failure: OnFailure
     doc: str
     measure: Callable[[EpisodeData], float | None]
 
@@ -161,12 +165,12 @@ def turning(path: npt.NDArray[np.float64]) -> float | None:
     return float(np.abs(np.diff(headings)).sum() / np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
-def cvar(values: Sequence[float], share: float = CVAR_SHARE) -> float | None:
-    """Mean of the lowest values that make up a given share of all values; None if there are no values."""
+def cvar(values: Sequence[float]) -> float | None:
+    """Mean of the lowest values, the share `CVAR_SHARE` of all; None if there are no values."""
     if not len(values):
         return None
     ordered = np.sort(np.asarray(values, dtype=float))
-    count = share * len(ordered)
+    count = CVAR_SHARE * len(ordered)
     whole = int(count)
     total = ordered[:whole].sum() + (count - whole) * ordered[min(whole, len(ordered) - 1)]
     return float(total / count)
@@ -245,150 +249,52 @@ def _margin(m: EpisodeData, name: str) -> float | None:
 
 _YEARS = "0 on failure. Bounds of its year: {} to {} times the optimal time, at {:g} m/s."
 
-METRICS: Mapping[str, Metric] = {
-    each.name: each
-    for each in (
-        Metric("success", "", "up", "counts", "1 if successful, else 0.", lambda m: float(m.success)),
-        Metric(
-            "collision",
-            "",
-            "down",
-            "counts",
-            "1 if the robot drove into something, else 0. Being struck is not a collision.",
-            _collision,
-        ),
-        Metric("fell", "", "down", "counts", "1 if the robot fell, else 0, whatever the outcome.", _fell),
-        Metric("clean", "", "up", "counts", "1 if successful without a collision and without a fall, else 0.", _clean),
-        Metric("untouched", "", "up", "counts", "1 if clean and nothing struck the robot, else 0.", _untouched),
-        Metric(
-            "struck_rate",
-            "1/min",
-            "down",
-            "counts",
-            "Contacts per minute that the robot's own motion did not cause.",
-            _struck_rate,
-        ),
-        Metric(
-            "time",
-            "s",
-            "down",
-            "counts",
-            "Time from the start of the episode to the goal; the time limit on "
-            "failure, so that the mean is the restricted mean time.",
-            lambda m: m.time,
-        ),
-        Metric("path_length", "m", "down", "until_failure", "Path length.", lambda m: m.agent.path_length),
-        Metric(
-            "spl",
-            "",
-            "up",
-            "counts",
-            "Success weighted by path length: shortest path length divided by the path length; 0 on failure.",
-            _spl,
-        ),
-        Metric(
-            "path_efficiency",
-            "",
-            "up",
-            "until_failure",
-            "Shortest path length divided by the path length.",
-            _efficiency,
-        ),
-        *(
-            Metric(year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
-            for year, bounds in BARN_YEARS.items()
-        ),
-        Metric(
-            "min_clearance",
-            "m",
-            "up",
-            "until_failure",
-            "Minimum distance from the hull to any object except the floor; negative on penetration.",
-            lambda m: m.agent.min_clearance,
-        ),
-        Metric(
-            "cvar_clearance",
-            "m",
-            "up",
-            "until_failure",
-            "Mean clearance on the tightest 5 % of the path (CVaR).",
-            lambda m: cvar(m.clearances),
-        ),
-        Metric(
-            "smoothness",
-            "rad/m",
-            "down",
-            "until_failure",
-            "Absolute heading change per metre, at equal steps of "
-            "path length, so that the sampling rate does not matter.",
-            lambda m: turning(m.path),
-        ),
-        Metric("jerk", "m/s3", "down", "until_failure", "Root mean square of the horizontal jerk.", lambda m: m.jerk),
-        Metric(
-            "time_to_collision",
-            "s",
-            "up",
-            "counts",
-            "Minimum of gap divided by closing speed, over all that moves.",
-            _time_to_collision,
-        ),
-        Metric(
-            "intimate",
-            "",
-            "down",
-            "counts",
-            f"Share of the time in which something that moves was nearer than {INTIMATE} m.",
-            _intrusion(INTIMATE),
-        ),
-        Metric(
-            "personal",
-            "",
-            "down",
-            "counts",
-            f"Share of the time in which something that moves was nearer than {PERSONAL} m.",
-            _intrusion(PERSONAL),
-        ),
-        Metric(
-            "energy",
-            "J/kg",
-            "down",
-            "until_failure",
-            "Kinetic energy added by accelerating, per kilogram.",
-            lambda m: m.energy,
-        ),
-        Metric(
-            "reflex_share",
-            "",
-            "down",
-            "until_failure",
-            "Share of the driving time in which reflexes controlled the wheels.",
-            _reflex_share,
-        ),
-        Metric(
-            "route_switches",
-            "",
-            "down",
-            "until_failure",
-            "Number of switches between plan and reflex control.",
-            lambda m: float(m.agent.route_switches),
-        ),
-        Metric(
-            "replans",
-            "",
-            "down",
-            "until_failure",
-            "Number of actions that the plan resubmitted after a reflex.",
-            lambda m: float(m.agent.replans),
-        ),
-        Metric("exceptions", "", "down", "counts", "Exceptions raised by content, such as the planner.", _exceptions),
-        Metric(
-            "tracking",
-            "m",
-            "down",
-            "until_failure",
-            "Root mean square distance to the reference path.",
-            lambda m: m.agent.tracking_error.cross_rms,
-        ),
-    )
-}
+_TABLE: tuple[tuple[str, str, Direction, OnFailure, str, Callable[[EpisodeData], float | None]], ...] = (
+    ("success", "", "up", "counts", "1 if successful, else 0.", lambda m: float(m.success)),
+    ("collision", "", "down", "counts",
+     "1 if the robot drove into something, else 0. Being struck is not a collision.", _collision),
+    ("fell", "", "down", "counts", "1 if the robot fell, else 0, whatever the outcome.", _fell),
+    ("clean", "", "up", "counts", "1 if successful without a collision and without a fall, else 0.", _clean),
+    ("untouched", "", "up", "counts", "1 if clean and nothing struck the robot, else 0.", _untouched),
+    ("struck_rate", "1/min", "down", "counts",
+     "Contacts per minute that the robot's own motion did not cause.", _struck_rate),
+    ("time", "s", "down", "counts",
+     "Time from the start of the episode to the goal; the time limit on failure, so that the mean is the restricted "
+     "mean time.", lambda m: m.time),
+    ("path_length", "m", "down", "until_failure", "Path length.", lambda m: m.agent.path_length),
+    ("spl", "", "up", "counts",
+     "Success weighted by path length: shortest path length divided by the path length; 0 on failure.", _spl),
+    ("path_efficiency", "", "up", "until_failure",
+     "Shortest path length divided by the path length.", _efficiency),
+    *((year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
+      for year, bounds in BARN_YEARS.items()),
+    ("min_clearance", "m", "up", "until_failure",
+     "Minimum distance from the hull to any object except the floor; negative on penetration.",
+     lambda m: m.agent.min_clearance),
+    ("cvar_clearance", "m", "up", "until_failure",
+     "Mean clearance on the tightest 5 % of the path (CVaR).", lambda m: cvar(m.clearances)),
+    ("smoothness", "rad/m", "down", "until_failure",
+     "Absolute heading change per metre, at equal steps of path length, so that the sampling rate does not matter.",
+     lambda m: turning(m.path)),
+    ("jerk", "m/s3", "down", "until_failure", "Root mean square of the horizontal jerk.", lambda m: m.jerk),
+    ("time_to_collision", "s", "up", "counts",
+     "Minimum of gap divided by closing speed, over all that moves.", _time_to_collision),
+    ("intimate", "", "down", "counts",
+     f"Share of the time in which something that moves was nearer than {INTIMATE} m.", _intrusion(INTIMATE)),
+    ("personal", "", "down", "counts",
+     f"Share of the time in which something that moves was nearer than {PERSONAL} m.", _intrusion(PERSONAL)),
+    ("energy", "J/kg", "down", "until_failure",
+     "Kinetic energy added by accelerating, per kilogram.", lambda m: m.energy),
+    ("reflex_share", "", "down", "until_failure",
+     "Share of the driving time in which reflexes controlled the wheels.", _reflex_share),
+    ("route_switches", "", "down", "until_failure",
+     "Number of switches between plan and reflex control.", lambda m: float(m.agent.route_switches)),
+    ("replans", "", "down", "until_failure",
+     "Number of actions that the plan resubmitted after a reflex.", lambda m: float(m.agent.replans)),
+    ("exceptions", "", "down", "counts", "Exceptions raised by content, such as the planner.", _exceptions),
+    ("tracking", "m", "down", "until_failure",
+     "Root mean square distance to the reference path.", lambda m: m.agent.tracking_error.cross_rms),
+)  # fmt: skip  # a table
+
+METRICS: Mapping[str, Metric] = {row[0]: Metric(*row) for row in _TABLE}
 """All metrics by name, the most important first."""

@@ -26,6 +26,7 @@ EXIT_TIMEOUT = -signal.SIGALRM
 """Exit code of a process that ended because its task exceeded the wall limit; the task is not tried again."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_TRIES = 2  # of a task whose process dies
 _starting = threading.Lock()
 
 
@@ -58,9 +59,8 @@ class WorkerPool(Executor):
     that hangs.
     """
 
-    def __init__(self, workers: int, *, retries: int = 1) -> None:
+    def __init__(self, workers: int) -> None:
         self.workers = workers
-        self._retries = retries
         self._tasks: queue.SimpleQueue[tuple[Future[Any], bytes] | None] = queue.SimpleQueue()
         self._closed = threading.Event()
         self._cancelled = threading.Event()
@@ -112,7 +112,7 @@ class WorkerPool(Executor):
         slot.close()
 
     def _try(self, slot: _Slot, payload: bytes) -> tuple[bool, Any]:
-        for left in reversed(range(1 + self._retries)):
+        for left in reversed(range(_TRIES)):
             try:
                 return slot.do(payload)
             except WorkerDied as error:

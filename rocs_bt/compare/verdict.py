@@ -124,7 +124,7 @@ def judge(
     else:
         found, p = mean_difference(differences, level, span), sign_flip_test(differences - margin, whole)
     episodes = ~np.isnan(a - b)
-    needed = scenes_needed(differences, margin, level=1.0 - (1.0 - level) / claims)
+    needed = scenes_needed(differences, margin, 1.0 - (1.0 - level) / claims)
     verdict = Verdict(
         word="inconclusive",
         a=names[0],
@@ -145,10 +145,10 @@ def judge(
     return _decided(verdict, p, level)
 
 
-def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]:
+def adjusted(verdicts: Sequence[Verdict]) -> list[Verdict]:
     """Verdicts adjusted for testing several claims together, by controlling the family-wise error rate (Holm, 1979)."""
     p = holm(np.array([verdict.p for verdict in verdicts]))
-    return [_decided(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
+    return [_decided(verdict, float(each), LEVEL) for verdict, each in zip(verdicts, p, strict=True)]
 
 
 def swapped(verdict: Verdict) -> Verdict:

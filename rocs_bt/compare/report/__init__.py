@@ -1,12 +1,10 @@
 """Report of a comparison: an HTML page, and tables in Markdown."""
 
-from .cold_table import HEAD as COLD_HEAD
-from .cold_table import cold_rows
 from .figures import sceneries
 from .markdown import extent, markdown
 from .pairs import pairs
 from .report import exported, render_comparison, write_comparison
-from .tables import BEST_FIRST, number, standings
+from .tables import BEST_FIRST, COLD_HEAD, cold_rows, number, standings
 
 __all__ = [
     "BEST_FIRST",

@@ -10,8 +10,16 @@ from ..comparison import Comparison
 from ..metric import metric
 from ..replay import replay_command
 from ..verdict import Verdict
-from .cold_table import HEAD, cold_rows
-from .tables import LeaderboardRow, conclusive_first, difference, headline, standings, text
+from .tables import (
+    COLD_HEAD,
+    LeaderboardRow,
+    cold_rows,
+    conclusive_first,
+    difference,
+    headline,
+    standings,
+    text,
+)
 
 _FAILURES = 20  # maximum number of listed failures
 
@@ -37,7 +45,7 @@ def markdown(
     if verdicts:
         parts.append(_verdicts(verdicts))
     if losses:
-        parts.append(table(HEAD, cold_rows(losses)))
+        parts.append(table(COLD_HEAD, cold_rows(losses)))
     parts += [f"{walk}." for walk in walks]
     failures = [record for record in comparison.records if not record.success]
     if failures:

@@ -25,11 +25,12 @@ from ..record import EpisodeRecord
 from ..replay import both_command, recorded_page, replay_command
 from ..verdict import Verdict
 from . import figures
-from .cold_table import HEAD, cold_rows
 from .figures import draw_disagreement, picture_size, theme, themed
 from .markdown import extent
 from .page import render_page
 from .tables import (
+    COLD_HEAD,
+    cold_rows,
     conclusive_first,
     difference,
     everything,
@@ -131,7 +132,7 @@ def render_comparison(
         verdicts=conclusive_first(verdicts),
         matrices=_matrices(verdicts, [row.planner for row in rows]),
         any_time=any_time,
-        cold_head=HEAD,
+        cold_head=COLD_HEAD,
         losses=cold_rows(losses),
         walks=walks,
         figures=list(_figures(comparison)),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..cold import Loss
 from ..comparison import Comparison
 from ..metric import METRICS, SHARES, Metric, metric
 from ..record import OUTCOMES
@@ -135,10 +136,23 @@ def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
     return rows
 
 
-def middle(comparison: Comparison, of: str = "time") -> list[str]:
-    """Format the interquartile mean of a metric for each planner; it ignores failures if they are few."""
-    samples = [comparison.sample(planner, of) for planner in comparison.planners]
-    return [text(bootstrapped(sample, interquartile_mean), metric(of)) for sample in samples]
+def middle(comparison: Comparison) -> list[str]:
+    """Format the interquartile mean of the time for each planner; it ignores failures if they are few."""
+    samples = [comparison.sample(planner, "time") for planner in comparison.planners]
+    return [text(bootstrapped(sample, interquartile_mean), metric("time")) for sample in samples]
+
+
+COLD_HEAD = ("planner", "perturbation", "metric", "warm", "cold", "loss")
+"""Head of the table of losses; a positive loss means that the planner is worse with the perturbation, in any metric."""
+
+
+def cold_rows(losses: Sequence[Loss]) -> list[list[str]]:
+    """Losses of a cold comparison as texts, a row for each planner, perturbation and metric."""
+    rows = []
+    for loss in losses:
+        warm, cold = (text(estimate, metric(loss.verdict.metric)) for estimate in (loss.warm, loss.cold))
+        rows.append([loss.planner, loss.perturbation, loss.verdict.metric, warm, cold, difference(loss.verdict)])
+    return rows
 
 
 def _percent(share: float) -> str:

@@ -1,6 +1,6 @@
 """Statistics of episodes over scenes and seeds. Functions take metric values as arrays values[scene, seed]."""
 
-from .curves import cumulative_incidence, interquartile_mean, performance_profile, restricted_mean_time
+from .curves import cumulative_incidence, interquartile_mean, performance_profile
 from .estimates import (
     LEVEL,
     Estimate,
@@ -27,8 +27,6 @@ from .evidence import (
     cluster_bootstrap,
     holm,
     log_wealth,
-    mcnemar_power,
-    mcnemar_test,
     scenes_needed,
     sign_flip_test,
     superiority,
@@ -49,8 +47,6 @@ __all__ = [
     "interquartile_mean",
     "log_wealth",
     "lower_bound",
-    "mcnemar_power",
-    "mcnemar_test",
     "mean",
     "mean_difference",
     "mean_over_scenes",
@@ -58,7 +54,6 @@ __all__ = [
     "paired",
     "performance_profile",
     "rate",
-    "restricted_mean_time",
     "sample_size",
     "scene_means",
     "scenes_needed",

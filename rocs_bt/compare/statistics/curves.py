@@ -37,24 +37,6 @@ def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int
     return reached
 
 
-def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int, horizon: float) -> float:
-    """Restricted mean time (RMST) until episodes end by a given cause [s]; all others count as the horizon.
-
-    It is the area above the curve of `cumulative_incidence` up to the horizon (Royston and Parmar, BMC Med. Res.
-    Methodol. 13, 2013). The mean over successes alone would reward planners that give up in slow episodes.
-
-    Args:
-        times: End time of each episode [s], shape (n,).
-        causes: Cause of the end of each episode, shape (n,); 0 if censored.
-        cause: The cause of interest.
-        horizon: Upper limit of the times [s].
-    """
-    ends = np.unique(times[times < horizon])
-    edges = np.concatenate([[0.0], ends, [horizon]])
-    reached = cumulative_incidence(times, causes, cause, edges[:-1])
-    return float(((1.0 - reached) * np.diff(edges)).sum())
-
-
 def performance_profile(costs: Floats, ratios: Floats) -> Floats:
     """Share of episodes in which a planner's cost is at most a ratio times that of the best planner.
 

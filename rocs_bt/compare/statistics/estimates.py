@@ -146,7 +146,7 @@ def sample_size(values: Floats) -> SampleSize:
     return SampleSize(scenes, episodes, correlation, effect, episodes / effect)
 
 
-def mean_over_scenes(values: Floats, level: float = LEVEL, *, unseen: Sequence[float] = ()) -> Estimate:
+def mean_over_scenes(values: Floats, *, unseen: Sequence[float] = ()) -> Estimate:
     """Mean over scenes with Student's interval, which is widened on the side of a skewed distribution's long tail.
 
     Student's interval knows nothing of values that no episode has shown, such as that of a failure if all episodes
@@ -155,7 +155,6 @@ def mean_over_scenes(values: Floats, level: float = LEVEL, *, unseen: Sequence[f
 
     Args:
         values: Values, shape (n_scenes, n_seeds); NaN if missing.
-        level: Confidence level.
         unseen: Values that no episode shows although others may. Without them, equal values have no interval.
     """
     means = scene_means(values)
@@ -164,10 +163,10 @@ def mean_over_scenes(values: Floats, level: float = LEVEL, *, unseen: Sequence[f
         return Estimate(float(means[0]) if n else math.nan, math.nan, math.nan, n)
     centre, low, high = float(means.mean()), math.nan, math.nan
     if not equal(means):
-        low, high = _ends(means, float(means.std(ddof=1)) / math.sqrt(n), level)
+        low, high = _ends(means, float(means.std(ddof=1)) / math.sqrt(n), LEVEL)
     elif unseen:
         low = high = centre
-    most = most_unseen(values, level)
+    most = most_unseen(values)
     low = min([low, *((1.0 - most) * low + most * value for value in unseen)])
     high = max([high, *((1.0 - most) * high + most * value for value in unseen)])
     return Estimate(centre, low, high, n)
@@ -237,7 +236,7 @@ def mean_difference(differences: Floats, level: float = LEVEL, span: float = mat
 _PRIOR_SCENES = 0.5  # [scenes] weight of the prior "all seeds of a scene are equal"
 
 
-def rate(values: Floats, level: float = LEVEL) -> Estimate:
+def rate(values: Floats) -> Estimate:
     """Rate of an event, such as success, over scenes, with an interval that accounts for correlated seeds.
 
     The interval is Wilson's score interval (1927), computed with the effective number of episodes and Student's
@@ -248,7 +247,6 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
 
     Args:
         values: Values 0 or 1, shape (n_scenes, n_seeds); NaN if missing.
-        level: Confidence level.
     """
     from scipy.special import stdtrit
 
@@ -262,20 +260,19 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
     informative = min(int((means > 0.0).sum()), int((means < 1.0).sum()))
     correlation = (informative * size.intraclass_correlation + _PRIOR_SCENES) / (informative + _PRIOR_SCENES)
     effective = size.episodes / (1.0 + (size.episodes / n - 1.0) * correlation)
-    z2 = float(stdtrit(n - 1, 0.5 + level / 2.0)) ** 2
+    z2 = float(stdtrit(n - 1, 0.5 + LEVEL / 2.0)) ** 2
     centre = (share + z2 / (2.0 * effective)) / (1.0 + z2 / effective)
     half = math.sqrt(z2 * (share * (1.0 - share) / effective + z2 / (4.0 * effective**2))) / (1.0 + z2 / effective)
     return Estimate(share, max(centre - half, 0.0), min(centre + half, 1.0), n)
 
 
-def most_unseen(values: Floats, level: float = LEVEL) -> float:
+def most_unseen(values: Floats) -> float:
     """Upper end of the interval of the rate of an event that occurred in none of the episodes.
 
     Args:
         values: Any values of the episodes, shape (n_scenes, n_seeds); NaN if missing.
-        level: Confidence level.
     """
-    return rate(np.where(np.isnan(values), np.nan, 0.0), level).high
+    return rate(np.where(np.isnan(values), np.nan, 0.0)).high
 
 
 def widened(episodes: Floats, shares: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:

@@ -45,9 +45,9 @@ def cluster_bootstrap(
     return np.asarray(statistic(values), dtype=float), low, high
 
 
-def bootstrapped(values: Floats, statistic: Callable[[Floats], float], level: float = LEVEL) -> Estimate:
+def bootstrapped(values: Floats, statistic: Callable[[Floats], float]) -> Estimate:
     """`cluster_bootstrap` of a scalar statistic as an `Estimate`; without an interval if all resamples are equal."""
-    value, low, high = cluster_bootstrap(values, statistic, level)
+    value, low, high = cluster_bootstrap(values, statistic)
     if equal((low, high)):
         return Estimate(float(value), math.nan, math.nan, len(values))
     return Estimate(float(value), float(low), float(high), len(values))
@@ -95,16 +95,6 @@ def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
     reach = len(chances) // 2
     far = np.abs(np.arange(-reach, reach + 1)) >= abs(total)
     return min(float(chances[far].sum()), 1.0)
-
-
-def mcnemar_test(only_a: int, only_b: int) -> float:
-    """Two-sided p value of the exact McNemar test, from the counts of episodes in which only one planner succeeds.
-
-    It is valid for one seed per scene; for several correlated seeds use `sign_flip_test`.
-    """
-    from scipy.stats import binomtest
-
-    return float(binomtest(only_a, only_a + only_b).pvalue) if only_a + only_b else 1.0
 
 
 def holm(p: Floats) -> Floats:
@@ -190,23 +180,18 @@ def _low_end(values: Floats, enough: float) -> float:
 
 
 POWER = 0.8
-"""Default power: probability of detecting a true difference."""
+"""Probability of a verdict on a true difference with the number of scenes that is estimated to be needed."""
 
 _NOTHING = 1e-3  # share of the spread below which a difference counts as none: it would need millions of scenes
 
 
-def scenes_needed(
-    differences: Floats, margin: float = 0.0, *, effect: float | None = None, level: float = LEVEL, power: float = POWER
-) -> int | None:
-    """Estimated number of scenes for distinguishing a mean difference from a margin.
+def scenes_needed(differences: Floats, margin: float = 0.0, level: float = LEVEL) -> int | None:
+    """Estimated number of scenes for distinguishing a mean difference like the observed one from a margin.
 
     Args:
         differences: Differences, one per scene, from `paired`, shape (n,).
         margin: Mean difference of the null hypothesis.
-        effect: Assumed distance of the true difference from the margin. The observed distance by default, which is
-            unreliable for few scenes.
         level: Confidence level of the verdict.
-        power: Probability of reaching a verdict.
 
     Returns:
         Total number of scenes; None if it cannot be estimated.
@@ -216,32 +201,11 @@ def scenes_needed(
     n = len(differences)
     if n < 2:
         return None
-    apart = abs(float(differences.mean()) - margin) if effect is None else abs(effect)
+    apart = abs(float(differences.mean()) - margin)
     spread = float(differences.std(ddof=1))
     if apart == 0.0 or apart <= _NOTHING * spread:
         return None
     least = math.ceil(1.0 - math.log2(1.0 - level) - 1e-9)  # fewer scenes have too few sign flips for such a p
-    sure, likely = float(ndtri(0.5 + level / 2.0)), float(ndtri(power))
+    sure, likely = float(ndtri(0.5 + level / 2.0)), float(ndtri(POWER))
     # The second term corrects for Student's quantiles (Guenther, The American Statistician 35, 1981).
     return max(least, math.ceil(((sure + likely) * spread / apart) ** 2 + sure**2 / 2.0))
-
-
-def mcnemar_power(only_a: float, only_b: float, pairs: int, level: float = LEVEL) -> float:
-    """Power of the exact McNemar test for two planners, with one episode per scene.
-
-    Args:
-        only_a: Share of scenes in which only the first succeeds.
-        only_b: Share of scenes in which only the second succeeds.
-        pairs: Number of scenes.
-        level: Confidence level of the verdict.
-    """
-    from scipy.stats import binom
-
-    discordant = np.arange(1, pairs + 1)
-    counts = np.arange(pairs + 1)
-    # The two-sided p value of k out of d is twice the smaller tail; both tails have the same critical count.
-    tail = 2.0 * binom.cdf(counts[:, None], discordant, 0.5)
-    critical = (tail <= 1.0 - level).sum(axis=0) - 1  # -1 if even 0 out of d is not significant
-    towards = only_a / (only_a + only_b)
-    found = binom.cdf(critical, discordant, towards) + binom.sf(discordant - critical - 1, discordant, towards)
-    return float((binom.pmf(discordant, pairs, only_a + only_b) * np.where(critical >= 0, found, 0.0)).sum())
