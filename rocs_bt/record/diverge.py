@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any, NamedTuple
@@ -52,6 +52,7 @@ KINDS = {
 CLOSE = 0.01
 """Difference from which on two numbers differ, SI units."""
 
+_CONTEXT = 5  # equal events that are kept before the difference
 _ALL = 2**31  # maximum number of printed values
 _FEW = 6  # the same in short texts
 _TEXT = 50  # maximum number of printed characters of a text, for each of these values
@@ -111,14 +112,7 @@ class Divergence:
         return f"{name} (first at [{at}]: recorded {_text(a[at], 9, _FEW)}, replayed {_text(b[at], 9, _FEW)})"
 
 
-def compare(
-    expected: Iterable[Event],
-    found: Iterable[Event],
-    *,
-    skip: tuple[type[Event], ...] = (),
-    cut_off: bool = False,
-    context: int = 5,
-) -> Divergence | None:
+def compare(expected: Iterable[Event], found: Iterable[Event], *, cut_off: bool = False) -> Divergence | None:
     """First difference of two event streams, ignoring wall-clock fields; None if they are equal.
 
     Numbers are compared bit by bit, so that NaN equals NaN. Reading stops at the first difference.
@@ -126,13 +120,10 @@ def compare(
     Args:
         expected: First stream, such as the events of a recording.
         found: Second stream, such as the events of a replay.
-        skip: Kinds of events to ignore in both: `WORLD_EVENTS` for a replay.
         cut_off: Whether the first stream may end earlier, as the recording of a killed run does.
-        context: Number of equal events to keep before the difference.
     """
-    before: deque[Event] = deque(maxlen=context)
-    pairs = zip_longest(_kept(expected, skip), _kept(found, skip))
-    for index, (a, b) in enumerate(pairs):
+    before: deque[Event] = deque(maxlen=_CONTEXT)
+    for index, (a, b) in enumerate(zip_longest(expected, found)):
         if a is None and cut_off:
             break
         if a is None or b is None or type(a) is not type(b) or _BYTES(timeless(a)) != _BYTES(timeless(b)):
@@ -259,7 +250,3 @@ def _text(value: object, digits: int, most: int) -> str:
         return f"{{{', '.join(shown)}{f', ... {len(value)} entries' if len(value) > most else ''}}}"
     text = str(value)
     return text if len(text) <= _TEXT * most else f"{text[: _TEXT * most]} ... {len(text)} characters"
-
-
-def _kept(events: Iterable[Event], skip: tuple[type[Event], ...]) -> Iterator[Event]:
-    return (e for e in events if not isinstance(e, skip))

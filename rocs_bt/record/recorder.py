@@ -18,7 +18,7 @@ from . import codec, foxglove
 from .header import RunHeader
 from .summary import Summary
 from .viewer import Draw, Message, Viewer
-from .wire import FORMS, Outgoing
+from .wire import FORMS, Outgoing, device_of
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
@@ -156,7 +156,7 @@ class Recorder:
         time = int(event.t * 1e9 + 0.5)
         if not 0 <= time <= _LATEST:
             raise ValueError(f"its time, {time * 1e-9:g} s, is out of range")
-        part = form.part if isinstance(form, FORMS) else ""
+        part = device_of(form)
         channel, draw = self._channels.get((type(form), event.agent, part)) or self._open(event, form, part)
         self._writer.add_message(channel, time, data, time, self._sequence)
         self._sequence += 1

@@ -42,7 +42,7 @@ class Viewer:
     def __init__(self, header: RunHeader) -> None:
         self._header = header
         self._beams = {(body.name, sensor): _BeamLines(body, sensor) for body in header.bodies for sensor in body.beams}
-        self._frames: dict[str, tuple[str, str, _Pace]] = {}
+        self._next: dict[object, int] = {}  # earliest time of the next pose of a body, or beams of a sensor [ns]
         self._draw: dict[type[Event], Draw] = {
             ev.BodyMoved: self._moved,
             ev.SensorRead: self._read,
@@ -64,25 +64,24 @@ class Viewer:
             _json({"deletions": [], "entities": [*outlines, *grounds, *places, *hulls]}),
         )
 
-    def log(self, agent: str, time: int, level: int, text: str) -> Message:
-        """Message with one line of an agent's log."""
-        name = agent or WORLD
-        stamp = foxglove.timestamp(time)
-        line = {"timestamp": stamp, "level": level, "message": text, "name": name, "file": "", "line": 0}
-        return f"/{name}/log", foxglove.LOG, _json(line)
-
     def _log(self, event: Event, time: int) -> Iterator[Message]:
         if event.sentence:
-            yield self.log(event.agent, time, event.level, event.sentence)
+            name, stamp = event.agent or WORLD, foxglove.timestamp(time)
+            line = {"timestamp": stamp, "level": event.level, "message": event.sentence, "name": name}
+            yield f"/{name}/log", foxglove.LOG, _json({**line, "file": "", "line": 0})
+
+    def _due(self, source: object, time: int) -> bool:
+        """Whether a source sends a message at a time [ns], and then the next one a period later."""
+        if time < self._next.get(source, 0):
+            return False
+        self._next[source] = time + _EVERY - 1000  # slightly early, since times are rounded
+        return True
 
     def _moved(self, event: ev.BodyMoved, time: int) -> Iterable[Message]:
-        if event.body not in self._frames:
-            self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode(), _Pace())
-        topic, name, pace = self._frames[event.body]
         pose = Pose3(event.x, event.y, event.height or 0.0, event.roll or 0.0, event.pitch or 0.0, event.yaw)
-        if time < pace.next or not math.isfinite(sum(pose)):
+        if not math.isfinite(sum(pose)) or not self._due(event.body, time):
             return ()
-        pace.sent(time)
+        name = msgspec.json.encode(event.body).decode()
         sec, nsec = divmod(time, 1_000_000_000)
         height, i, j, k, w = "0.0", "0.0", "0.0", math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
         if event.height is not None:
@@ -90,32 +89,16 @@ class Viewer:
             height, i, j = (f"{value:.7f}" for value in (pose.z, *turn))
         placed = event.x, event.y, height, i, j, k, w
         return (
-            (topic, foxglove.POSE, (_POSE % (sec, nsec, *placed)).encode()),
+            (f"/{event.body}/pose", foxglove.POSE, (_POSE % (sec, nsec, *placed)).encode()),
             ("/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, *placed)).encode()),
         )
 
     def _read(self, event: ev.SensorRead, time: int) -> Iterable[Message]:
-        lines = self._beams.get((event.agent, event.sensor))
-        if lines is None or time < lines.pace.next or len(event.data) != 8 * lines.count:
+        source = event.agent, event.sensor
+        lines = self._beams.get(source)
+        if lines is None or len(event.data) != 8 * lines.count or not self._due(source, time):
             return ()
-        lines.pace.sent(time)
         return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
-
-
-class _Pace:
-    """Rate limiter of messages.
-
-    Attributes:
-        next: Earliest time of the next message [ns].
-    """
-
-    def __init__(self) -> None:
-        self.next = 0
-
-    def sent(self, time: int) -> None:
-        """Record that a message was sent at a time [ns]."""
-        # Slightly early, since times are rounded.
-        self.next = time + _EVERY - 1000
 
 
 class _BeamLines:
@@ -125,7 +108,6 @@ class _BeamLines:
         beams = body.beams[sensor]
         self.topic = f"/{body.name}/{sensor}/beams"
         self.count = len(beams)
-        self.pace = _Pace()
         self._rays = [(b.x, b.y, body.height, *_direction(b), b.reach) for b in beams]
         # Start points are constant. End points are encoded as a marker, which becomes a format field.
         points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, 7e77))]

@@ -50,11 +50,6 @@ class Signals(msgspec.Struct, tag="Signals", **_TAG):
     stamp: float | None = None
     non_finite: NonFinite = []
 
-    @property
-    def part(self) -> str:
-        """Last part of the topic."""
-        return ""
-
 
 class Reading(msgspec.Struct, tag="Reading", **_TAG):
     """SensorRead with its values as numbers."""
@@ -65,11 +60,6 @@ class Reading(msgspec.Struct, tag="Reading", **_TAG):
     stamp: float
     values: list[Number]
     non_finite: NonFinite = []
-
-    @property
-    def part(self) -> str:
-        """Last part of the topic."""
-        return self.sensor
 
 
 class Command(msgspec.Struct, tag="Command", **_TAG):
@@ -82,14 +72,16 @@ class Command(msgspec.Struct, tag="Command", **_TAG):
     values: dict[str, Number]
     non_finite: NonFinite = []
 
-    @property
-    def part(self) -> str:
-        """Last part of the topic."""
-        return self.actuator
-
 
 FORMS = Signals | Reading | Command
 """Forms of events in a recording."""
+
+
+def device_of(message: Event | FORMS) -> str:
+    """Sensor or actuator of a reading or a command in the form of a recording, the last part of its topic."""
+    if isinstance(message, Reading):
+        return message.sensor
+    return message.actuator if isinstance(message, Command) else ""
 
 
 class Outgoing:

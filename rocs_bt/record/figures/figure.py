@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import io
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.errors import RecordingError
+from ...base.files import write_whole
 from ..history import AgentHistory, BodyHistory, History
 
 if TYPE_CHECKING:
@@ -107,6 +110,21 @@ def render_canvas(name: str, make: Callable[[], Canvas], form: str) -> bytes:
         face = "none" if form == "svg" else "white"
         make().savefig(buffer, format=form, dpi=160, metadata=undated.get(form, {"Software": None}), facecolor=face)
     return buffer.getvalue()
+
+
+def write_files(drawings: Mapping[Path, Callable[[], bytes]]) -> list[Path]:
+    """Write drawings to files of one folder, which is created if it does not exist; returns the files.
+
+    Raises:
+        RecordingError: A file cannot be written.
+    """
+    for path, render in drawings.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(path, render())
+        except OSError as error:
+            raise RecordingError(f"the figures cannot be written to '{path.parent}': {error.strerror}.") from error
+    return list(drawings)
 
 
 def line_style(run: int) -> dict[str, Any]:

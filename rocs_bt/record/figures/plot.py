@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.errors import Fault, InputError, RecordingError
-from ...base.files import write_whole
+from ...base.errors import Fault, InputError
 from ..history import BodyHistory, History, Series
 from ..recording import Recording
 from ..track import Curve, Span
@@ -27,6 +27,7 @@ from .figure import (
     mark_worst,
     route_legend,
     shade_reflexes,
+    write_files,
 )
 
 if TYPE_CHECKING:
@@ -259,13 +260,8 @@ def write_figures(recordings: Sequence[Recording], folder: Path, formats: Sequen
     if unknown or not recordings:
         found = f"unknown format '{unknown[0]}'." if unknown else "there is no recording to plot."
         raise InputError(Fault(found, hint=f"Give one or more runs, and formats of: {', '.join(_FORMATS)}."))
-    runs, paths = [History(r) for r in recordings], []
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for figure in (figure for figure in FIGURES if figure.applies(runs)):
-            for form in formats:
-                paths.append(folder / f"{figure.name}.{form}")
-                write_whole(paths[-1], figure.render(runs, form))
-    except OSError as error:
-        raise RecordingError(f"the figures cannot be written to '{folder}': {error.strerror}.") from error
-    return paths
+    runs = [History(recording) for recording in recordings]
+    figures = [figure for figure in FIGURES if figure.applies(runs)]
+    return write_files(
+        {folder / f"{f.name}.{form}": partial(f.render, runs, form) for f in figures for form in formats}
+    )

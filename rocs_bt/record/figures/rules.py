@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.errors import RecordingError
-from ...base.files import write_whole
-from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, make_canvas, render_canvas
+from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, make_canvas, render_canvas, write_files
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,14 +125,9 @@ def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
     Raises:
         RecordingError: A file cannot be written.
     """
-    paths = [folder / f"{name}.{form}" for form in ("png", "svg")]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for path in paths:
-            write_whole(path, render_canvas(name, lambda: canvas, path.suffix[1:]))
-    except OSError as error:
-        raise RecordingError(f"the pictures cannot be written to '{folder}': {error.strerror}.") from error
-    return paths
+    return write_files(
+        {folder / f"{name}.{form}": partial(render_canvas, name, lambda: canvas, form) for form in ("png", "svg")}
+    )
 
 
 def spans(t: Series, on: NDArray[np.bool_]) -> list[tuple[float, float]]:
