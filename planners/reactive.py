@@ -85,7 +85,7 @@ class PotentialField:
         pull = min(distance, 1.0)
         x, y = pull * cos(bearing), pull * sin(bearing)
         points = robot.obstacles(observation.pose, self.reach + robot.footprint.outer)
-        gaps = np.maximum(robot.footprint.gaps(points), 0.02)
+        gaps = np.maximum(robot.footprint.gap(*points.T), 0.02)
         near = gaps < self.reach
         strength = self.repulsion * (1.0 / gaps[near] - 1.0 / self.reach) / gaps[near] ** 2
         if near.any():

@@ -72,11 +72,6 @@ class Command:
     heading_error: float
     solve_time: float
 
-    @property
-    def ok(self) -> bool:
-        """Whether the command comes from a fresh plan."""
-        return self.rung == SOLVED
-
 
 class Follower:
     """Trajectory follower of one body.

@@ -51,12 +51,8 @@ class Footprint:
         """Radius of the circumscribed circle [m]."""
         return 0.5 * math.hypot(self.length, self.width)
 
-    def gaps(self, points: Array) -> Array:
-        """Signed distances of points (..., 2), body frame, to the hull, shape (...,) [m]; negative inside."""
-        return self.gap(points[..., 0], points[..., 1])
-
     def gap(self, x: Array, y: Array) -> Array:
-        """As `gaps`, of points with body coordinates x and y [m], each of shape (...,)."""
+        """Signed distances of points x, y, body frame, each of shape (...,), to the hull [m]; negative inside."""
         # In place: for thousands of points, new arrays cost more than the arithmetic.
         ahead, aside = np.asarray(np.abs(x), float), np.asarray(np.abs(y), float)
         ahead -= 0.5 * self.length
@@ -113,7 +109,7 @@ class Footprint:
             return math.inf
         c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         dx, dy = near[:, 0] - poses[:, :1], near[:, 1] - poses[:, 1:2]
-        return first_contact(times, self.gap(c * dx + s * dy, c * dy - s * dx), self.gaps(near))
+        return first_contact(times, self.gap(c * dx + s * dy, c * dy - s * dx), self.gap(*near.T))
 
 
 def poses_ahead(twist: Twist2, times: Array) -> Array:

@@ -43,6 +43,6 @@ class Trail:
             return np.zeros(len(points), dtype=bool)
         x, y, yaw = np.array(self._poses).T
         dx, dy, c, s = points[:, :1] - x, points[:, 1:] - y, np.cos(yaw), np.sin(yaw)
-        gaps = footprint.gaps(np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1))
+        gaps = footprint.gap(c * dx + s * dy, c * dy - s * dx)
         covered: npt.NDArray[np.bool_] = np.asarray((gaps <= SPACING / 4.0).any(axis=1))
         return covered

@@ -166,11 +166,11 @@ class Tracks(TrackSet):
         return new or next((guard for guard in infos if guard.rule == rule), None)
 
 
-def _put(topic: str, name: str = "", value: str = "") -> Callable[[Tracks, Any], None]:
+def _put(topic: str, name: str = "", value: str = "", of: str = "agent") -> Callable[[Tracks, Any], None]:
     """Fold that sets a track, named by a field of the event, to another field; without these to the event itself."""
 
     def fold(tracks: Tracks, event: Any) -> None:
-        track = tracks.begun(event.agent, topic, getattr(event, name) if name else "")
+        track = tracks.begun(getattr(event, of), topic, getattr(event, name) if name else "")
         track.put(event.t, getattr(event, value) if value else event)
 
     return fold
@@ -254,10 +254,6 @@ def _stop(tracks: Tracks, event: AgentStopped) -> None:
 
 def _failed(tracks: Tracks, event: BlockFailed) -> None:
     tracks.begun(event.agent, "failed").first(event.t, f"{event.what} failed\n{event.detail}")
-
-
-def _push(tracks: Tracks, event: RobotPushed) -> None:
-    tracks.begun(event.body, "push").put(event.t, event)
 
 
 def _script(tracks: Tracks, event: ScriptActed) -> None:
@@ -412,7 +408,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "drive": {ActuatorCommanded: _drive, TicketChanged: Tracks.run},
     "failed": {BlockFailed: _failed},
     "atomic": {AtomicStarted: _put("atomic")},
-    "push": {RobotPushed: _push},
+    "push": {RobotPushed: _put("push", of="body")},
     "script": {ScriptActed: _script},
     "guards": {RulesReplaced: _replaced},
     "hold": {MotionHeld: _put("hold", "actuator", "reason"), MotionReleased: _release},

@@ -24,6 +24,7 @@ from .editing.worker import Superseded, Worker
 from .pack import Json
 from .requests import Answer, Handler, Request, Routes, as_json
 from .site import web_routes
+from .utf16 import from_units, units
 
 MOST = 2_000_000
 """Maximum size of a file that is edited [bytes]."""
@@ -97,7 +98,7 @@ class Authoring:
         """Proposals at an offset."""
         text = _text(asked, "text")
         items = complete(self._file(asked)[0], text, _offset(asked), code=self.catalog.code)
-        spans = {at: _units(text, at) for item in items for at in (item.start, item.end)}
+        spans = {at: units(text[:at]) for item in items for at in (item.start, item.end)}
         return {"items": [{**item._asdict(), "start": spans[item.start], "end": spans[item.end]} for item in items]}
 
     def describe(self, asked: Asked) -> Json:
@@ -255,7 +256,7 @@ def _offset(asked: Asked) -> int:
     at = asked.get("at")
     if not isinstance(at, int) or at < 0:
         raise InputError("the request needs 'at', an offset into the text.")
-    return len(_text(asked, "text").encode("utf-16-le")[: 2 * at].decode("utf-16-le", "ignore"))
+    return from_units(_text(asked, "text"), at)
 
 
 def _read(path: Path) -> bytes:
@@ -305,7 +306,7 @@ def _same(old: Sequence[str], new: Sequence[str]) -> int:
 def _mark(mark: Json, rows: list[str]) -> Json:
     """A mark for the page, with columns in UTF-16 code units; the name of another file without its folder."""
     row = rows[mark["line"] - 1]
-    columns = {name: _units(row, mark[name] - 1) + 1 for name in ("column", "end")}
+    columns = {name: units(row[: mark[name] - 1]) + 1 for name in ("column", "end")}
     del mark["names"]  # many, and `instead` has the nearest
     return {**mark, **columns, "file": mark["file"].name if mark["file"] else ""}
 
@@ -324,15 +325,10 @@ def _tree(text: str) -> Json:
                 "tag": element.tag,
                 "ports": [[a.name, a.value] for a in element.attributes],
                 "children": len(element.children),
-                "start": _units(text, element.start),
-                "inner": _units(text, element.inner),
+                "start": units(text[: element.start]),
+                "inner": units(text[: element.inner]),
                 "line": text.count("\n", 0, element.start) + 1,
                 "last": text.count("\n", 0, element.end) + 1,
             }
         )
     return {"rows": rows, "whole": parse(text) is not None}
-
-
-def _units(text: str, at: int) -> int:
-    """Offset in UTF-16 code units, as the page counts."""
-    return len(text[:at].encode("utf-16-le")) // 2

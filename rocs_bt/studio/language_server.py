@@ -15,6 +15,7 @@ import click
 
 from ..base.errors import InputError, RocsError
 from ..cli.terminal import own_stdout
+from .utf16 import from_units, units
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
@@ -182,8 +183,8 @@ class _Features:
         for mark in marks:
             line = lines[mark.line - 1] if mark.line <= len(lines) else ""
             span = t.Range(
-                t.Position(mark.line - 1, _units(line[: mark.column - 1])),
-                t.Position(mark.line - 1, _units(line[: mark.end - 1])),
+                t.Position(mark.line - 1, units(line[: mark.column - 1])),
+                t.Position(mark.line - 1, units(line[: mark.end - 1])),
             )
             level, message = t.DiagnosticSeverity(_LEVELS[mark.level]), f"{mark.message} {mark.hint}".strip()
             data = {"instead": mark.instead, "message": mark.message}
@@ -203,7 +204,7 @@ class _Features:
 
     def _position(self, text: str, at: int) -> Any:
         begin = text.rfind("\n", 0, at) + 1
-        return self.types.Position(text.count("\n", 0, at), _units(text[begin:at]))
+        return self.types.Position(text.count("\n", 0, at), units(text[begin:at]))
 
     def _written(self, uri: str, diagnostic: Any) -> Any:
         """Span of the wrong name that a diagnostic quotes; its own span if the name is not on the line."""
@@ -226,15 +227,10 @@ def _path(uri: str) -> Path:
     return Path(unquote(urlparse(uri).path))
 
 
-def _units(text: str) -> int:
-    """Length in UTF-16 code units, which the protocol counts."""
-    return len(text.encode("utf-16-le")) // 2
-
-
 def _offset(text: str, line: int, character: int) -> int:
     """Offset of a position that counts in UTF-16 code units."""
     begin = 0
     for _ in range(line):
         begin = text.find("\n", begin) + 1
     row = text[begin:].partition("\n")[0]
-    return begin + len(row.encode("utf-16-le")[: 2 * character].decode("utf-16-le", "ignore"))
+    return begin + from_units(row, character)

@@ -27,7 +27,7 @@ def rim(n=4000):
 def test_a_gap_is_that_to_the_rim_and_inside_its_depth(x, y):
     least = np.hypot(*(rim() - (x, y)).T).min()
     inside = abs(x) < 0.25 and abs(y) < 0.2
-    assert HULL.gaps(np.array([x, y])) == pytest.approx(-least if inside else least, abs=1e-3)
+    assert HULL.gap(np.array(x), np.array(y)) == pytest.approx(-least if inside else least, abs=1e-3)
 
 
 @given(near, near, st.floats(-math.pi, math.pi), st.lists(st.tuples(near, near), min_size=1, max_size=9))
@@ -35,7 +35,7 @@ def test_clearance_is_the_least_gap_in_the_body_frame(x, y, yaw, points):
     c, s = math.cos(yaw), math.sin(yaw)
     body = [(c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)) for px, py in points]
     found = HULL.clearance(np.array([[x, y, yaw]]), np.array(points))
-    assert found[0] == pytest.approx(min(HULL.gaps(np.array(body))), abs=1e-9)
+    assert found[0] == pytest.approx(min(HULL.gap(*np.array(body).T)), abs=1e-9)
 
 
 pose = st.tuples(near, near, st.floats(-7.0, 7.0))
@@ -56,7 +56,7 @@ def test_without_points_all_is_clear():
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.lists(st.tuples(near, near), min_size=1, max_size=5))
 def test_contact_comes_when_the_driven_hull_reaches_a_point(forward, turn, points):
-    points = np.array([p for p in points if HULL.gaps(np.array(p)) > 0.03]).reshape(-1, 2)
+    points = np.array([p for p in points if HULL.gap(*np.array(p)) > 0.03]).reshape(-1, 2)
     expected = math.inf
     for t in TIMES:
         pose = np.array([along_arc(Pose2(0.0, 0.0), Twist2(forward, turn), t)])

@@ -69,7 +69,7 @@ def driven(robot, walkers, seconds=20.0):
         for walker in walkers:
             x, y, *_ = walker(t)
             away = _body(robot.pose, x, y)
-            least = min(least, float(HULL.gaps(np.array(away))) - 0.25)
+            least = min(least, float(HULL.gap(*np.array(away))) - 0.25)
         assert HULL.clearance(np.array([robot.pose]), robot.points)[0] > 0.0, "it touches no wall"
         if robot.arrived:
             return t, least
@@ -211,7 +211,7 @@ def test_two_that_meet_in_a_corridor_pass_each_other() -> None:
         for robot, other in zip(robots, reversed(rows), strict=True):
             if not robot.arrived:
                 robot.step(t, Movers.of(t, np.array([other]), 0.33))
-        gap = float(HULL.gaps(np.array(_body(robots[0].pose, *robots[1].pose[:2])))) - 0.215
+        gap = float(HULL.gap(*np.array(_body(robots[0].pose, *robots[1].pose[:2])))) - 0.215
         least = min(least, gap)
         if all(robot.arrived for robot in robots):
             break
@@ -228,7 +228,7 @@ def test_it_backs_away_from_an_oncoming_one_where_there_is_no_room_aside() -> No
         t = EVERY * k
         robot.step(t, Movers.of(t, np.array([walker(t)])))
         x, y, *_ = walker(t + EVERY)
-        least = min(least, float(HULL.gaps(np.array(_body(robot.pose, x, y)))) - 0.25)
+        least = min(least, float(HULL.gap(*np.array(_body(robot.pose, x, y)))) - 0.25)
     assert robot.pose.x < 1.0
     assert least > 0.0
 

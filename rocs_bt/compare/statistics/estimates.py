@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -44,10 +43,6 @@ class Estimate:
     low: float
     high: float
     of: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Estimate as a dict for JSON; NaN becomes None."""
-        return {key: None if math.isnan(value) else value for key, value in vars(self).items()}
 
 
 def share(hits: int, of: int) -> Estimate:

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ...base.errors import Fault, NameHint
-from ...check import Findings, check_content
+from ...check import check_content
 
 _WORD = re.compile(r"</?[\w.:-]*|[\w.:-]+|\S")
 
@@ -44,7 +44,7 @@ class Mark:
 def faults(
     path: Path, text: str, *, texts: Mapping[Path, str] = MappingProxyType({}), code: bool = True
 ) -> tuple[Mark, ...]:
-    """Faults of a content file with a text that may not be saved.
+    """Faults of a content file with a text that may not be saved, in the order of the text; those of other files last.
 
     Args:
         path: File of the text; it need not exist.
@@ -52,16 +52,7 @@ def faults(
         texts: Texts of other open files, by path.
         code: Whether Python content of the project may run.
     """
-    return marks(findings(path, text, texts, code), path, text)
-
-
-def findings(path: Path, text: str, texts: Mapping[Path, str], code: bool) -> Findings:
-    """Result of the check of a file with unsaved texts."""
-    return check_content([path], texts={**texts, path: text}, code=code)
-
-
-def marks(found: Findings, path: Path, text: str) -> tuple[Mark, ...]:
-    """Marks of the faults of a check, in the order of the text; those of other files are last."""
+    found = check_content([path], texts={**texts, path: text}, code=code)
     lines, own = text.split("\n"), path.resolve()
     here = [_mark(f, lines) for f in found.faults if f.file is None or f.file.resolve() == own]
     there = [
