@@ -26,7 +26,7 @@ EXIT_TIMEOUT = -signal.SIGALRM
 """Exit code of a process that ended because its task exceeded the wall limit; the task is not tried again."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-_TRIES = 2  # of a task whose process dies
+_TRIES = 2  # of a task if its process dies
 _starting = threading.Lock()
 
 
