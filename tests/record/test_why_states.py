@@ -132,6 +132,11 @@ def test_a_motion_is_not_joined_with_the_command_of_another_action(answer):
     assert "R moved back without a command, while" in answer(1.0, [*ticks(*READY, *WAITS)], [speed(-0.4)])
 
 
+def test_of_two_actions_that_run_at_once_the_reflex_counts(answer):
+    fired = [rule("A", "fired", "d = 0.1 m"), ticket(2, "RUNNING", "Flinch", "HIGH", "f/A"), ticket(1, "RUNNING")]
+    assert answer(0.0, fired).endswith("because the rule A fired Flinch: d = 0.1 m.")
+
+
 def test_a_robot_that_does_not_move_although_it_is_commanded_is_not_explained_by_the_command(answer):
     go = [ticket(1, "RUNNING"), drive(0.4, 0.4), speed(0.0)]
     assert "R was stationary while " in answer(1.0, [*ticks(*READY, ("m/go", "RUNNING", "")), *go], [speed(0.0)])

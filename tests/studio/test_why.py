@@ -105,6 +105,16 @@ def test_the_page_says_why_with_the_words_of_the_command_line(tracks, page):
         assert alternate == (tracks.get(agent, "alternation") is not None)
 
 
+def test_the_text_of_the_command_line_is_short_and_its_numbers_are_too(tracks):
+    for agent in (a.name for a in tracks.header.agents):
+        for why in (Why(tracks, t, agent) for t in times(tracks)):
+            answer, title, evidence = str(why).partition("\nEvidence at ")
+            assert (answer, bool(title), evidence.count("\n") <= 10) == (why.answer, True, True)
+            text = "\n".join(line for line in f"{answer}\n{evidence}".split("\n") if not line.startswith("true pose"))
+            numbers = re.findall(r"\d+\.\d+(?! s)\b", re.sub(r"t ?= ?\d+\.\d+|\d+\.\d+ s\b", "", text))
+            assert [each for each in numbers if len(each.replace(".", "").lstrip("0")) > 3] == [], text
+
+
 def parts(text):
     """Words and numbers of a text; numbers are rounded on the page."""
     number = r"-?\d+\.?\d*(?:e[+-]\d+)?|inf|nan"
