@@ -1,5 +1,6 @@
 """What several rooms' tests share: a robot without physics whose wheels do just what they are told, and a browser."""
 
+import functools
 import math
 import signal
 
@@ -36,7 +37,7 @@ for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.S
         signal.signal(_number, _handler)
 
 DRIVE = make_locomotion("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
-FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
+_follower = functools.cache(Follower)  # one for all tests of a drive: whoever uses it resets it first
 
 
 class _Wheels(Actuator):
@@ -63,6 +64,7 @@ class Rig:
         period: Control period [s].
         ring: Whether the robot has a size, beams all round and an estimated pose, instead of the signals of few beams.
         locomotion: How the robot moves.
+        more: Declarations of further signals, instead of those of its beams.
 
     Attributes:
         pose: Where the robot truly is.
@@ -71,13 +73,14 @@ class Rig:
         path: Every pose so far.
     """
 
-    def __init__(self, period=0.05, ring=False, locomotion=DRIVE):
+    def __init__(self, period=0.05, ring=False, locomotion=DRIVE, more=None):
         self.clock, self.sink = SimulatedClock(period), ListSink()
         self.locomotion, self.wheels = locomotion, _Wheels(len(locomotion.values))
         self.pose, self.lost, self.path = Pose2(0.0, 0.0, 0.0), False, []
         self.heard = {"pose_spread": 0.0} if ring else {}
         self.knowledge = Knowledge("R1", self.clock, self.sink)
         self.knowledge.robot.locomotion = locomotion
+        gaps = [(name, 1, (LENGTH,)) for name in ("front", "rear", "left_gap", "right_gap")]
         few = (
             ("room_ahead", 5, (LENGTH,) * 5),
             ("room_behind", 5, (LENGTH,) * 5),
@@ -94,11 +97,7 @@ class Rig:
             *((("climb", 1, (SPEED,)),) if "vz" in locomotion.axes else ()),
             ("speed", 1, (SPEED,)),
             ("turn_rate", 1, (TURN_RATE,)),
-            ("front", 1, (LENGTH,)),
-            ("rear", 1, (LENGTH,)),
-            ("left_gap", 1, (LENGTH,)),
-            ("right_gap", 1, (LENGTH,)),
-            *((("pose_spread", 1, (LENGTH,)),) if ring else few),
+            *([*gaps, *((("pose_spread", 1, (LENGTH,)),) if ring else few)] if more is None else more),
         ):
             self.knowledge.signals.declare(Signal(name, size, dimensions, max_age=0.15))
         self.knowledge.signals.freeze()
@@ -110,7 +109,7 @@ class Rig:
         self.body = RobotBody(
             knowledge=self.knowledge,
             locomotion=locomotion,
-            follower=FOLLOWER if locomotion is DRIVE else Follower(locomotion),
+            follower=_follower(locomotion),
             clock=self.clock,
             period=period,
             actuators={"wheels": self.gate},
@@ -142,13 +141,15 @@ class Rig:
         """Execute, move on, sense."""
         for _ in range(periods):
             self.execute.run(self.clock.now())
-            twist, period = self.locomotion.twist(self.wheels.speeds), self.body.period
-            half, ahead, aside = 0.5 * period * twist.turn, twist.forward * period, twist.left * period
-            x, y = Pose2(self.pose.x, self.pose.y, self.pose.yaw + half).transform(ahead, aside)
-            self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + 2.0 * half))
-            self.path.append(self.pose)
+            self.move(self.locomotion.twist3(self.wheels.speeds), self.body.period)
             self.clock.advance()
             self.sense()
+
+    def move(self, twist, period):
+        half, ahead, aside = 0.5 * period * twist.turn, twist.forward * period, twist.left * period
+        x, y = Pose2(self.pose.x, self.pose.y, self.pose.yaw + half).transform(ahead, aside)
+        self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + 2.0 * half))
+        self.path.append(self.pose)
 
     def finish(self, ticket, limit=2000):
         """Run until a ticket has ended; the periods that took."""

@@ -6,20 +6,16 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import FollowPath, FollowRobot, FollowRoute, GoTo, action_table
-from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2, wrap_angle
-from rocs_bt.base.signal import Signal
-from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
-from rocs_bt.control.follower import Follower
+from rocs_bt.base.units import LENGTH
 from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
-from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
-from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.event import FollowerStepped, TicketChanged
 from rocs_bt.interfaces.action import Reason, make_action, misfits_of
-from rocs_bt.interfaces.device import Actuator
-from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
-from rocs_bt.interfaces.safety import Limits, SafetyGate
-from rocs_bt.knowledge import Knowledge, Movers, OccupancyGrid
+from rocs_bt.interfaces.pipeline import TicketState
+from rocs_bt.knowledge import Movers, OccupancyGrid
+
+from ..conftest import Rig
 
 PERIOD = 0.05
 LIMITS = {"max_wheel_speed": 0.8, "max_wheel_acceleration": 1.5}
@@ -37,107 +33,40 @@ BODIES = {
     "steady": make_locomotion("legged", **WALKING),
     "swaying": make_locomotion("legged", sway=0.03, **WALKING),
 }
-FOLLOWERS = {kind: Follower(locomotion) for kind, locomotion in BODIES.items()}
 
 
-class Device(Actuator):
-    """Motion actuator that realises its command with the lag of the body."""
-
-    def __init__(self, locomotion):
-        super().__init__("motion", len(locomotion.values))
-        self.locomotion = locomotion
-        self.neutral()
-        self.values = self.wanted
-
-    def command(self, values):
-        self.wanted = np.array(values, dtype=float)
-
-    def neutral(self):
-        self.wanted = np.zeros(self.size)
-
-    def move(self):
-        lag = self.locomotion.response.lag
-        self.values = self.wanted + (self.values - self.wanted) * (math.exp(-PERIOD / lag) if lag else 0.0)
-
-
-class Robot:
-    """Agent's Execute on such a body, in lockstep."""
+class Robot(Rig):
+    """Rig of a body that follows its commands with its lag, in height too, and measures ranges above and below it."""
 
     def __init__(self, kind="mecanum", ranges=None):
-        self.ranges = ranges or {}
-        self.locomotion = locomotion = BODIES[kind]
-        self.clock, self.sink, self.device = SimulatedClock(PERIOD), ListSink(), Device(locomotion)
-        self.pose, self.height, self.sees_height, self.path = Pose2(0.0, 0.0), 0.0, True, []
-        self.knowledge = Knowledge("R1", self.clock, self.sink)
-        self.knowledge.robot.locomotion = locomotion
-        signals = [("pose", (LENGTH, LENGTH, ANGLE)), ("speed", (SPEED,)), ("turn_rate", (TURN_RATE,))]
-        signals += [("lateral_speed", (SPEED,)), ("climb", (SPEED,)), ("height", (LENGTH,))]
-        for name, dimensions in signals:
-            self.knowledge.signals.declare(Signal(name, len(dimensions), dimensions, max_age=0.15))
-        for name in self.ranges:
-            self.knowledge.signals.declare(Signal(name, 2, (LENGTH, LENGTH), max_age=0.15))
-        if locomotion.wheels:
-            self.knowledge.signals.declare(Signal("wheel_speeds", len(locomotion.wheels), (SPEED,), max_age=0.15))
-        self.knowledge.signals.freeze()
-        self.pipeline = Pipeline(self.clock, self.sink, "R1")
-        top = locomotion.max_speed.tolist()
-        limits = Limits(tuple(-v for v in top), tuple(top), together=bool(locomotion.wheels))
-        gate = SafetyGate(self.device, self.clock, limits, period=PERIOD, max_age=0.2, sink=self.sink, agent="R1")
-        self.body = RobotBody(
-            knowledge=self.knowledge,
-            locomotion=locomotion,
-            follower=FOLLOWERS[kind],
-            clock=self.clock,
-            period=PERIOD,
-            actuators={"motion": gate},
-            motion="motion",
-            sink=self.sink,
-        )
-        self.execute = Execute(self.pipeline, self.body)
-        self.sense()
+        self.ranges, self.height, self.sees_height = ranges or {}, 0.0, True
+        groups = [(name, 2, (LENGTH, LENGTH)) for name in self.ranges]
+        super().__init__(locomotion=BODIES[kind], more=[("height", 1, (LENGTH,)), *groups])
+        self.values = np.array(self.wheels.speeds)
 
     def sense(self):
-        t, signals = self.clock.now(), self.knowledge.signals
-        twist = self.locomotion.twist3(self.device.values)
-        signals.write("pose", self.pose, t)
-        signals.write("speed", [twist.forward], t)
-        signals.write("turn_rate", [twist.turn], t)
-        signals.write("lateral_speed", [twist.left], t)
-        if self.sees_height:
-            signals.write("climb", [twist.up], t)
-            signals.write("height", [self.height], t)
-        for name, measure in self.ranges.items():
-            signals.write(name, measure(self), t)
-        if self.locomotion.wheels:
-            signals.write("wheel_speeds", self.device.values, t)
+        super().sense()
+        measured = {name: measure(self) for name, measure in self.ranges.items()}
+        for name, value in (measured | ({"height": [self.height]} if self.sees_height else {})).items():
+            self.knowledge.signals.write(name, value, self.clock.now())
 
-    def run(self, periods=1):
-        for _ in range(periods):
-            self.execute.run(self.clock.now())
-            self.device.move()
-            twist = self.locomotion.twist3(self.device.values)
-            middle = Pose2(self.pose.x, self.pose.y, self.pose.yaw + 0.5 * PERIOD * twist.turn)
-            x, y = middle.transform(PERIOD * twist.forward, PERIOD * twist.left)
-            self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + PERIOD * twist.turn))
-            self.height += PERIOD * twist.up
-            self.path.append((*self.pose, self.height))
-            self.clock.advance()
-            self.sense()
+    def move(self, twist, period):
+        lag, wanted = self.locomotion.response.lag, np.array(self.wheels.speeds)
+        self.values = wanted + (self.values - wanted) * (math.exp(-period / lag) if lag else 0.0)
+        self.wheels.speeds = self.values.tolist()
+        twist = self.locomotion.twist3(self.values)
+        super().move(twist, period)
+        self.height += period * twist.up
+        self.path[-1] = (*self.pose, self.height)
 
-    def go(self, action, limit=1200):
+    def go(self, action):
         """Run an action to its end; its ticket."""
-        ticket = self.pipeline.submit(action, Priority.NORMAL, "test")
-        for _ in range(limit):
-            if ticket.state.done:
-                return ticket
-            self.run()
-        raise AssertionError(f"{ticket} has not ended, at {self.pose}, {self.height}")
+        ticket = self.submit(action)
+        self.finish(ticket)
+        return ticket
 
     def place(self, name, x, y, kind="place"):
         self.knowledge.world.place(name, Pose2(x, y), kind=kind)
-
-    def of(self, kind):
-        return [event for event in self.sink.events if isinstance(event, kind)]
 
 
 @pytest.fixture
@@ -180,7 +109,7 @@ class TestGoTo:
 
     def test_looks_at_a_place_that_moves(self, robot):
         robot.place("person", 2.0, 0.0)
-        ticket = robot.pipeline.submit(GoTo(goal="dock", heading="look_at person", cruise=0.3), Priority.NORMAL, "test")
+        ticket = robot.submit(GoTo(goal="dock", heading="look_at person", cruise=0.3))
         errors = []
         for _ in range(400):
             angle = 0.4 * robot.clock.now()
@@ -201,7 +130,7 @@ class TestGoTo:
 
     def test_a_reflex_does_not_change_the_yaw_that_is_kept(self, robot):
         first, after = GoTo(goal="dock", heading="keep"), GoTo(goal="dock", heading="keep")
-        ticket = robot.pipeline.submit(first, Priority.NORMAL, "test")
+        ticket = robot.submit(first)
         robot.run(20)
         robot.pipeline.cancel(ticket, "test")
         robot.run()
@@ -225,7 +154,7 @@ class TestGoTo:
     def test_an_unknown_turn_rate_is_no_standstill(self):
         robot = Robot("flying")
         robot.place("near", 0.0, 0.0, "goal")
-        ticket = robot.pipeline.submit(GoTo(goal="near", heading="0 deg"), Priority.NORMAL, "test")
+        ticket = robot.submit(GoTo(goal="near", heading="0 deg"))
         signals, write = robot.knowledge.signals, robot.knowledge.signals.write
         signals.write = lambda name, value, t: write(name, [math.nan] if name == "turn_rate" else value, t)
         robot.sense()
@@ -293,7 +222,7 @@ class TestOtherActions:
             robot.knowledge.graph.set("R1", length=0.7, width=0.3)
             robot.knowledge.world.occupancy = grid = OccupancyGrid(0.05, 12.0)
             route = FollowRoute(points=[(0, 0), (3, 0)], goal="far", heading="keep", cruise=0.6, ease=0.3)
-            ticket = robot.pipeline.submit(route, Priority.NORMAL, "test")
+            ticket = robot.submit(route)
             robot.run(5)
             walls = np.array([(x, side * 0.5) for x in np.arange(1.0, 2.0, 0.05) for side in (-1, 1)])
             for _ in range(3):
@@ -310,7 +239,7 @@ class TestOtherActions:
         graph, speed = robot.knowledge.graph, 0.3
         graph.add("R2", "peer", pose=Pose2(0.0, 1.5), speed=speed, turn_rate=0.0)
         follow = FollowRobot(leader="R2", heading="look_at R2", rest=4.0)
-        ticket, errors = robot.pipeline.submit(follow, Priority.NORMAL, "test"), []
+        ticket, errors = robot.submit(follow), []
         for period in range(600):
             speed = 0.3 if period < 150 else 0.0
             leader = Pose2(0.3 * PERIOD * min(period, 150), 1.5)
@@ -333,7 +262,7 @@ def test_a_body_that_sways_arrives_within_its_sway(body):
     robot.place("dock", 1.0, 0.0, "goal")
     robot.pose = Pose2(1.0, 0.07)
     robot.sense()
-    ticket = robot.pipeline.submit(GoTo(goal="dock"), Priority.NORMAL, "test")
+    ticket = robot.submit(GoTo(goal="dock"))
     robot.run(2)
     assert (ticket.state is TicketState.SUCCEEDED) == (body == "swaying")
 
@@ -376,7 +305,7 @@ class TestHeight:
         robot = self.flying()
         robot.place("near", 0.5, 0.0, "goal")
         route = FollowRoute(points=[(0, 0), (0.5, 0)], goal="near", cruise=0.02, patience=2.0, height=4.0)
-        ticket = robot.pipeline.submit(route, Priority.NORMAL, "test")
+        ticket = robot.submit(route)
         robot.run(140)
         assert ticket.failure is None
         assert robot.height > 2.5
@@ -387,9 +316,7 @@ class TestHeight:
         robot.pose = Pose2(2.0, 0.0)
         robot.sense()
         robot.knowledge.signals.write("height", [0.0], 0.0)
-        ticket = robot.pipeline.submit(
-            FollowRoute(points=[(2, 0), (2, 0)], goal="dock", height=4.0), Priority.NORMAL, "test"
-        )
+        ticket = robot.submit(FollowRoute(points=[(2, 0), (2, 0)], goal="dock", height=4.0))
         for _ in range(100):
             robot.height = 0.0
             robot.sense()
@@ -412,7 +339,7 @@ class TestHeight:
     def test_it_keeps_its_distance_from_a_roof_and_flies_in_the_middle_of_a_narrow_gap(self):
         robot = Robot("flying", {"above": lambda robot: [1.0 - robot.height] * 2})
         robot.place("dock", 2.0, 0.0, "goal")
-        robot.pipeline.submit(GoTo(goal="dock", height=1.5), Priority.NORMAL, "test")
+        robot.submit(GoTo(goal="dock", height=1.5))
         robot.run(240)
         assert max(h for *_, h in robot.path) == pytest.approx(0.85, abs=0.03)
         narrow = {"above": lambda robot: [0.6 - robot.height] * 2, "below": lambda robot: [robot.height - 0.4] * 2}
@@ -420,7 +347,7 @@ class TestHeight:
         robot.place("dock", 2.0, 0.0, "goal")
         robot.height = 0.45
         robot.sense()
-        robot.pipeline.submit(GoTo(goal="dock", height=1.5), Priority.NORMAL, "test")
+        robot.submit(GoTo(goal="dock", height=1.5))
         robot.run(240)
         assert robot.height == pytest.approx(0.5, abs=0.03)
 
@@ -430,7 +357,7 @@ class TestHeight:
         robot.place("dock", 2.0, 0.0, "goal")
         robot.height = 1.0
         robot.sense()
-        robot.pipeline.submit(GoTo(goal="dock", height=height), Priority.NORMAL, "test")
+        robot.submit(GoTo(goal="dock", height=height))
         robot.run(200)
         assert robot.height == pytest.approx(1.0, abs=0.05)
 
@@ -450,7 +377,7 @@ class TestHeight:
 
     def test_a_height_that_stays_unknown_ends_it(self):
         robot = self.flying()
-        ticket = robot.pipeline.submit(GoTo(goal="dock", height=5.0), Priority.NORMAL, "test")
+        ticket = robot.submit(GoTo(goal="dock", height=5.0))
         robot.run(20)
         robot.sees_height = False
         robot.run(20)
