@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from rocs_bt.base.errors import RocsError
-from rocs_bt.compare.statistics import Estimate, mean, share
+from rocs_bt.compare.statistics import Estimate
 from rocs_bt.record import AgentResult, Recording, Summary
 
 from .campaign import Job, play, play_all
+from .estimates import mean, share
 from .page import Experiment, write_paper
 
 EXPERIMENTS = ("exp1", "exp2", "exp3")

@@ -9,7 +9,7 @@ from rocs_bt.compare.comparison import Comparison
 from rocs_bt.compare.metric import METRICS, ZERO_ON_FAILURE
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.report.tables import everything, middle, text
-from rocs_bt.compare.statistics import bootstrapped, mean, mean_over_scenes, rate, widened
+from rocs_bt.compare.statistics import bootstrapped, mean_over_scenes, rate, widened
 
 LIMIT = 60.0  # [s]
 SHARES = ("spl", "path_efficiency", "intimate", "personal", "reflex_share", "holds safe")
@@ -96,7 +96,6 @@ def test_the_interval_of_a_mean_with_rare_failures_holds_it(p, scenes):
 
 
 def test_bootstraps_of_equal_values_are_no_interval():
-    assert math.isnan(mean([0.3, 0.3, 0.3]).low)
     assert math.isnan(bootstrapped(np.full((9, 1), 0.1), lambda values: float(values.mean())).low)
 
 

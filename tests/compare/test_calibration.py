@@ -36,7 +36,7 @@ def test_a_differences_interval_holds_it(seeds, alike, rates):
 
 def test_as_if_seeds_were_scenes_it_would_not():
     """What the test would see of an interval that forgets that seeds of a scene are alike."""
-    from rocs_bt.compare.statistics import share
+    from benchmarks.paper.estimates import share
 
     rng, held = np.random.default_rng(1), 0
     for _ in range(SWEEPS):

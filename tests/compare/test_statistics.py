@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import CensoredData, beta, binom, binomtest, ecdf, permutation_test, trim_mean, ttest_1samp
 
+from benchmarks.paper.estimates import share
 from rocs_bt.compare.statistics import (
     bootstrapped,
     cluster_bootstrap,
@@ -26,7 +27,6 @@ from rocs_bt.compare.statistics import (
     sample_size,
     scene_means,
     scenes_needed,
-    share,
     sign_flip_test,
     superiority,
     upper_bound,

@@ -13,8 +13,9 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.paper.campaign import Job, play_all
+from benchmarks.paper.estimates import mean, share
 from rocs_bt import AgentResult
-from rocs_bt.compare.statistics import Estimate, mean, share
+from rocs_bt.compare.statistics import Estimate
 
 REFLEXES = ("braitenberg_published", "braitenberg", "avoid_collision_published", "avoid_collision")
 CRUISES = ("0.5 m/s", "0.0975 m/s")  # ours, and the published plan's: 1 rad/s of a wheel of 0.0975 m
