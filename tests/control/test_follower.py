@@ -279,7 +279,6 @@ def test_without_a_pose_it_brakes_at_once_keeping_the_curvature_then_recovers(dr
     for k in range(1, 8):
         command = follower.step(lost, None, reference, PERIOD)
         assert command.rung == "braking"
-        assert command.rung != "solved"
         assert math.isnan(command.cross_track)
         fastest = max(0.0, np.abs(before).max() - k * 1.5 * PERIOD)
         np.testing.assert_allclose(command.values, before * fastest / np.abs(before).max(), atol=1e-12)

@@ -205,7 +205,7 @@ class Drives:
                 made = reference(self.path, yaws, self.drive, self.cruise)
                 made.s = s
             command = follower.step(self.pose, None, made, 0.05)
-            assert command.ok
+            assert command.rung == "solved"
             self._move(command.values)
             t, s = t + 0.05, self.path.project(self.pose.x, self.pose.y, made.s)
             x, y, tangent, _ = self.path.sample(s)
