@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import ClassVar
 
 from ..base.raised import CodeLocation, Raised
 from .sink import Event, Level, Value, unpack
@@ -66,16 +67,11 @@ class CommandExpired(Event, frozen=True, kw_only=True):
     """The watchdog of an actuator sent it to neutral, because no command had arrived in time."""
 
     actuator: str
+    level: ClassVar[Level] = Level.ERROR
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"no command for {self.actuator} within its maximum age; it went to neutral"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.ERROR
 
 
 class MotionHeld(Event, frozen=True, kw_only=True):
@@ -83,16 +79,11 @@ class MotionHeld(Event, frozen=True, kw_only=True):
 
     actuator: str
     reason: str
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.actuator} held in neutral: {self.reason}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class MotionReleased(Event, frozen=True, kw_only=True):
@@ -103,7 +94,6 @@ class MotionReleased(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.actuator} released" + (f" by {self.by}" if self.by else "")
 
 
@@ -113,16 +103,11 @@ class OtherPublisherFound(Event, frozen=True, kw_only=True):
     actuator: str
     topic: str
     node: str
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.node} publishes on {self.topic} too: its commands override stops of {self.actuator}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class LandingBegan(Event, frozen=True, kw_only=True):
@@ -145,6 +130,7 @@ class BlockFailed(Event, frozen=True, kw_only=True):
     kind: str
     detail: str
     owner: str = "engine"
+    level: ClassVar[Level] = Level.FATAL
 
     @property
     def what(self) -> str:
@@ -153,13 +139,7 @@ class BlockFailed(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.what} {self.kind}: {self.detail}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.FATAL
 
 
 class ContentRaised(Event, frozen=True, kw_only=True):
@@ -189,6 +169,8 @@ class ContentRaised(Event, frozen=True, kw_only=True):
         file, line = (at.file.name, at.line) if at else ("", 0)
         return cls(t=t, agent=agent, kind=kind, content=content, detail=detail, file=file, line=line, effect=effect)
 
+    level: ClassVar[Level] = Level.ERROR
+
     @property
     def raised(self) -> Raised:
         """Description of the exception."""
@@ -197,13 +179,7 @@ class ContentRaised(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.raised}; {self.effect}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.ERROR
 
 
 class AgentStopped(Event, frozen=True, kw_only=True):

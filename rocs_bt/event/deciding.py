@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import msgspec
 
@@ -32,12 +33,10 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"rule {self.rule} {self.phase}" + (f" ({self.reading})" if self.reading else "")
 
     @property
     def level(self) -> Level:
-        """Importance of the sentence."""
         return Level.WARNING if self.phase.startswith("fired") else Level.DEBUG
 
 
@@ -118,12 +117,10 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.rules}: {self.detail}"
 
     @property
     def level(self) -> Level:
-        """Importance of the sentence."""
         return Level.INFO if self.accepted else Level.WARNING
 
 
@@ -177,7 +174,6 @@ class SubtreeSwapped(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"'{self.node}' was replaced by '{self.by}'"
 
 
@@ -191,16 +187,11 @@ class SwapRefused(Event, frozen=True, kw_only=True):
 
     node: str
     detail: str
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"'{self.node}' was not replaced: {self.detail}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class Replanned(Event, frozen=True, kw_only=True):
@@ -211,7 +202,6 @@ class Replanned(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.node} replans ({self.count})"
 
 
@@ -227,17 +217,12 @@ class BlackboardChanged(Event, frozen=True, kw_only=True):
     key: str
     value: str
     subtree: str = ""
+    level: ClassVar[Level] = Level.DEBUG
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         at = f" in {self.subtree}" if self.subtree else ""
         return f"{self.key} = {self.value}{at}" if self.value else f"{self.key} has no value{at}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.DEBUG
 
 
 class Said(Event, frozen=True, kw_only=True):
@@ -255,7 +240,6 @@ class Said(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return self.text
 
 
@@ -279,13 +263,8 @@ class TicketChanged(Event, frozen=True, kw_only=True):
     by: str
     reason: str = ""
     parameters: Mapping[str, Value] = {}
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"action {self.action} failed: {self.reason}" if self.state == "FAILED" else ""
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING

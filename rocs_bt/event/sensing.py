@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 from ..base.errors import RecordingError
 from .sink import Event, Level, Value, unpack
@@ -26,16 +27,11 @@ class SensorFailed(Event, frozen=True, kw_only=True):
 
     sensor: str
     detail: str
+    level: ClassVar[Level] = Level.ERROR
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"sensor {self.sensor} failed: {self.detail}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.ERROR
 
 
 class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
@@ -132,16 +128,11 @@ class SubscriberDetached(Event, frozen=True, kw_only=True):
     callback: str
     revision: int
     detail: str
+    level: ClassVar[Level] = Level.ERROR
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.callback} raised: {self.detail}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.ERROR
 
 
 class PeerAppeared(Event, frozen=True, kw_only=True):
@@ -169,13 +160,8 @@ class PeerFault(Event, frozen=True, kw_only=True):
     start: str
     kind: str
     detail: str
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"peer {self.peer}: {self.detail}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 from msgspec import field
 
@@ -39,16 +40,11 @@ class ContactBegan(Event, frozen=True, kw_only=True):
 
     other: str
     kind: str
+    level: ClassVar[Level] = Level.ERROR
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"struck by {self.other}" if self.kind == "struck" else f"{self.kind} with {self.other}"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.ERROR
 
 
 class RobotPushed(Event, frozen=True, kw_only=True):
@@ -63,17 +59,13 @@ class RobotPushed(Event, frozen=True, kw_only=True):
     body: str
     force: tuple[float, float, float]
     duration: float
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
         """The event for people; a robot without an agent is named."""
         subject = "" if self.agent else f"{self.body} was "
         return f"{subject}pushed by {math.hypot(*self.force):.3g} N for {self.duration:.3g} s (scripted)"
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class ScriptActed(Event, frozen=True, kw_only=True):
@@ -93,7 +85,6 @@ class ScriptActed(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.what}{'' if self.until is None else f' until {self.until:.2f} s'} (scripted)"
 
 
@@ -112,7 +103,6 @@ class GoalEntered(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"goal {self.goal} reached"
 
 
@@ -130,16 +120,11 @@ class RequirementViolated(Event, frozen=True, kw_only=True):
     about: float
     margin: float | None = None
     reading: str = ""
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"{self.requirement} was violated at {self.about:.2f} s" + (f" ({self.reading})" if self.reading else "")
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class Stuck(Event, frozen=True, kw_only=True):
@@ -150,16 +135,11 @@ class Stuck(Event, frozen=True, kw_only=True):
 
     reason: str
     rule: str = ""
+    level: ClassVar[Level] = Level.WARNING
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return self.reason
-
-    @property
-    def level(self) -> Level:
-        """Importance of the sentence."""
-        return Level.WARNING
 
 
 class OutcomeDecided(Event, frozen=True, kw_only=True):
@@ -175,7 +155,6 @@ class OutcomeDecided(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         return f"outcome: {self.outcome}" + (f", {self.reason}" if self.reason else "")
 
 
@@ -202,7 +181,6 @@ class RunControlled(Event, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """The event for people."""
         what = " ".join(
             filter(None, [self.command, self.target and f"'{self.target}'", self.source and f"by {self.source}"])
         )
@@ -210,5 +188,4 @@ class RunControlled(Event, frozen=True, kw_only=True):
 
     @property
     def level(self) -> Level:
-        """Importance of the sentence."""
         return Level.WARNING if self.refusal else Level.INFO
