@@ -5,8 +5,8 @@ Only `agent` and the packages above it import this package.
 
 from .arguments import rule_misfits
 from .backend import Backend, Machine, Steps
-from .choose_backend import choose_backend
 from .include import included_files
+from .kernel_backend import choose_backend
 from .reactive_model import ReactiveModel, Reflex
 from .reflex_arc import ReflexArc
 from .rule import Argument, InactiveRule, OnInvalid, Rule, RuleSet, RuleTest

@@ -1,4 +1,4 @@
-"""Back end with the compiled kernel, which interprets rule tables in C."""
+"""Back end with the compiled kernel, which interprets rule tables in C, and the choice of it where it is compiled."""
 
 from __future__ import annotations
 
@@ -7,13 +7,19 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..base.errors import InputError, unknown
+from ..expression import kernel_missing
 from ..expression.kernel import kernel_table
-from .backend import Floats, Machine, Steps
+from .backend import Backend, Floats, Machine, Steps
+from .numpy_backend import NumpyBackend
 from .rule_table import RuleTable
 
 
 class KernelBackend:
-    """Back end that runs tables in the compiled kernel; available if `kernel_missing()` is empty."""
+    """Back end that runs tables in the compiled kernel; available if `kernel_missing()` is empty.
+
+    Batches release the GIL.
+    """
 
     name = "kernel"
 
@@ -24,11 +30,9 @@ class KernelBackend:
         return KernelMachine(table, self._compiled(table))
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """Run the rules of one robot on a sequence of snapshots; see Backend. Releases the GIL."""
         return self._batch(table, x, t, values[np.newaxis])
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Run one step of the rules of many robots; see Backend. Releases the GIL."""
         return self._batch(table, x, np.full(len(x), t, float), values)
 
     def _batch(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
@@ -76,6 +80,19 @@ class KernelMachine(Machine):
         self.register = self._machine.register
 
     def restore(self, values: Floats) -> None:
-        """Replace the state; see Machine."""
         super().restore(values)
         self._machine.wake()
+
+
+def choose_backend(name: str = "auto") -> Backend:
+    """Create a back end by its name: `kernel`, `numpy`, or `auto` for the kernel if it is installed.
+
+    Raises:
+        InputError: The name is unknown, or the kernel is not installed.
+    """
+    if name not in ("auto", "kernel", "numpy"):
+        raise InputError(unknown("back end", name, ["auto", "kernel", "numpy"]))
+    missing = "" if name == "numpy" else kernel_missing()
+    if name == "kernel" and missing:
+        raise InputError(f"back end 'kernel' is not available: {missing}, or choose 'numpy'")
+    return NumpyBackend() if name == "numpy" or missing else KernelBackend()

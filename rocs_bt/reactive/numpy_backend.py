@@ -33,7 +33,6 @@ class NumpyBackend:
         return NumpyMachine(table, self._runner(table))
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """Run the rules of one robot on a sequence of snapshots; see Backend."""
         steps, runner, state = Steps.empty(table, len(x)), self._runner(table), values[np.newaxis]
         backward = (np.flatnonzero(np.diff(t) < 0.0) + 1).tolist()
         for a, b in pairwise([0, *backward, len(t)]):
@@ -47,7 +46,6 @@ class NumpyBackend:
         return steps
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Run one step of the rules of many robots; see Backend."""
         steps, runner = Steps.empty(table, len(x)), self._runner(table)
         runner.begin(values, t)
         registers = runner.rows(x, np.full(len(x), t), values[:, table.part("cells")])

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..expression import TRUTH, Expression, Kind, Node, reading
 from .backend import Backend, Machine
-from .choose_backend import choose_backend
+from .kernel_backend import choose_backend
 from .reactive_model import ReactiveModel, Reflex
 from .rule import Argument, Rule, RuleSet
 from .rule_table import RuleTable, carry, lower_rules
