@@ -27,7 +27,7 @@ from rocs_bt.catalog import (
     command_size,
     content_hash,
 )
-from rocs_bt.catalog.driver import registered_driver
+from rocs_bt.catalog.registered_devices import registered_devices
 from rocs_bt.event import EventSink, NullSink
 from rocs_bt.interfaces.device import Actuator, Sensor
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
@@ -248,8 +248,8 @@ def _unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -
 
 
 def _device_class(catalog: Catalog, robot: RobotSpec, spec: SensorSpec | ActuatorSpec, ros2: type) -> Any:
-    """Class of a device; `ros2` for the registered driver."""
-    return ros2 if registered_driver(spec.driver) else hardware_driver(catalog, robot, spec)[0]
+    """Class of a device; `ros2` for registered devices."""
+    return ros2 if registered_devices(spec.driver) else hardware_driver(catalog, robot, spec)[0]
 
 
 def _unopened(cls: Any, *names: str) -> Any:

@@ -49,12 +49,12 @@ _FAULTS = {"latency": "s", "drop_out": "", "missing_echo": "", "sweep": "s", "od
 _POSE_FAULTS = {"position": {"drift": "m", "jump": "m"}, "orientation": {"drift": "rad", "jump": "rad"}}
 """Faults with a unit of their own, by driver."""
 
-DriverKeys = Value | Open
-"""Keys of a device's driver: of a shipped driver, an object of their declared class; of a user's, as in the file."""
+DeviceKeys = Value | Open
+"""Keys of a device: of a shipped one, an object of their declared class; of a user's, as in the file."""
 
 
-def _driver_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DriverKeys:
-    """Keys of a device's driver; those of a user's are checked when its class is loaded, since no code runs here."""
+def _device_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DeviceKeys:
+    """Keys of a device; those of a user's are checked when its class is loaded, since no code runs here."""
     driver = done["driver"]
     declared = None if is_reference(driver) else declared_keys(driver, kind)
     if declared is not None:
@@ -98,15 +98,15 @@ class DeviceSpec(BlockSpec):
     """What `[[sensor]]` and `[[actuator]]` tables have in common.
 
     Attributes:
-        driver: Driver's name, or `file.py:Class` beside robot.toml.
+        driver: Name of the class of the device, or `file.py:Class` beside robot.toml.
         unit: Unit of the values.
-        parameters: Keys of a shipped driver, as an object of their declared class; those of a user's, unconverted.
+        parameters: Keys of a shipped device, as an object of their declared class; those of a user's, unconverted.
     """
 
     driver: Annotated[str, Content("driver")]
     unit: str = "1"
 
-    parameters: DriverKeys
+    parameters: DeviceKeys
 
     def _check(self) -> Iterator[Wrong]:
         """Fault of the unit."""
@@ -122,17 +122,17 @@ class DeviceSpec(BlockSpec):
 
     @property
     def scale(self) -> float:
-        """Factor from the declared unit to SI, for values that the driver takes from messages."""
+        """Factor from the declared unit to SI, for values that the device takes from messages."""
         return parse_unit(self.unit).value
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Keyword arguments of the driver: in SI units and without defaults for a shipped one, else unconverted."""
+        """Keyword arguments of the device: in SI units and without defaults for a shipped one, else unconverted."""
         return given_of(self.parameters) if isinstance(self.parameters, Value) else self.parameters
 
     @property
     def faults(self) -> list[str]:
-        """Faults that the simulation gives a device with a shipped driver, as text, such as `sweep 0.025 s`."""
+        """Faults that the simulation gives a shipped device, as text, such as `sweep 0.025 s`."""
         units = {} if is_reference(self.driver) else _FAULTS | _POSE_FAULTS.get(self.driver, {})
         given = {"latency": getattr(self, "latency", 0.0), "drop_out": getattr(self, "drop_out", 0.0), **self.arguments}
         return [
@@ -143,7 +143,7 @@ class DeviceSpec(BlockSpec):
 
     @property
     def size(self) -> int | None:
-        """Number of values of a reading or command; None if only a user's driver or a message knows it."""
+        """Number of values of a reading or command; None if only a user's device or a message knows it."""
         return cast("int | None", getattr(self.parameters, "size", None))
 
 
@@ -172,7 +172,7 @@ class SensorSpec(DeviceSpec):
     max_age: _AGE | None = None
     mount: Annotated[Pose2, Keys(MountKeys)] | None = None
     optional: bool = False
-    parameters: Annotated[DriverKeys, ReadBy(partial(_driver_keys, "sensor"))] = Open()
+    parameters: Annotated[DeviceKeys, ReadBy(partial(_device_keys, "sensor"))] = Open()
 
     def __post_init__(self) -> None:
         self.__dict__["signal"] = self.signal or self.name
@@ -185,7 +185,7 @@ class SensorSpec(DeviceSpec):
     def frame(self) -> str:
         """Frame of a pose: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
 
-        That of a user's driver is continuous. It is empty in the simulation, where values may have noise, or the robot
+        That of a user's device is continuous. It is empty in the simulation, where values may have noise, or the robot
         may turn over; but a position without noise and jumps is continuous.
         """
         if self.driver != "ros2":
@@ -225,7 +225,7 @@ class ActuatorSpec(DeviceSpec):
     max_change: Annotated[float, InUnit("unit", per=TIME), Bounds(0.0, above=True, infinite=True)] = math.inf
     max_command_age: Annotated[float, TIME, Bounds(1e-3)] = 0.2
     isolated: bool = False
-    parameters: Annotated[DriverKeys, ReadBy(partial(_driver_keys, "actuator"))] = Open()
+    parameters: Annotated[DeviceKeys, ReadBy(partial(_device_keys, "actuator"))] = Open()
     limits: Annotated[Limits, SetByPrograms()] = Limits((-1.0,), (1.0,))
     landing: Annotated[Landing | None, SetByPrograms()] = None
 
@@ -288,5 +288,5 @@ DEVICES: Mapping[str, type[DeviceSpec]] = {"sensor": SensorSpec, "actuator": Act
 
 
 def wiring_keys(kind: str) -> tuple[str, ...]:
-    """Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the driver's."""
+    """Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the device's."""
     return tuple(each.key for each in fields_of(DEVICES[kind]) if each.is_key)

@@ -1,4 +1,4 @@
-"""Entries of the content folders: kinds of content, their folders, names, files and hashes."""
+"""Table of the kinds of content, `KINDS`, and entries of the content folders: names, files and hashes."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.geometry import Twist2, Twist3
 from ..base.signal import OPTIONAL_SIGNALS, Signal
+from ..base.units import LENGTH, SPEED, TURN_RATE
 from ..control.locomotion import Locomotion
 
 STATIONARY = 0.02
@@ -34,11 +35,26 @@ def course_signals(locomotion: Locomotion) -> list[str]:
     return ["course_speed", *found] if found else []
 
 
-def course_values(twist: Twist2 | Twist3, names: Sequence[str]) -> Mapping[str, list[float]]:
-    """Values of the signals that `course_signals` lists."""
-    speed = math.hypot(twist.forward, twist.left, twist.up)
+def motion_signals(course: Sequence[str], max_age: float) -> list[Signal]:
+    """Declarations of the signals of a body's motion, with those that `course_signals` lists."""
+    return [
+        Signal("speed", 1, (SPEED,), (-1e3, 1e3), max_age, "Forward speed of the body."),
+        Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), max_age, "Yaw rate of the body, left positive."),
+        Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), max_age, "Distance to stop from the present motion."),
+        *declared(course, max_age),
+    ]
+
+
+def motion_values(locomotion: Locomotion, twist: Twist2 | Twist3, course: Sequence[str]) -> dict[str, list[float]]:
+    """Values of the signals that `motion_signals` declares."""
+    speed = math.hypot(twist.forward, twist.left, twist.up) if course else 0.0
     values = {"course_speed": speed, "lateral_speed": twist.left, "climb": twist.up}
-    return {name: [values[name]] for name in names}
+    return {
+        "speed": [twist.forward],
+        "turn_rate": [twist.turn],
+        "stop_distance": [locomotion.stop_distance(twist)],
+        **{name: [values[name]] for name in course},
+    }
 
 
 def course_range(bearings: NDArray[np.float64], ranges: NDArray[np.float64], twist: Twist2) -> float:

@@ -250,10 +250,9 @@ class Monitor(Declared, ABC):
         bounded, beyond = {}, ""
         for name, values in written.items():
             low, high = self.knowledge.signals.spec(name).bounds
-            kept = bounded[name] = [v if low <= v <= high else math.nan for v in values]
-            for value in values if kept != values else ():
-                if value < low or value > high:
-                    beyond = f"signal '{name}' is out of its bounds [{low:g}, {high:g}]: {value:g}"
+            bounded[name] = [v if low <= v <= high else math.nan for v in values]
+            for value in (v for v in values if v < low or v > high):
+                beyond = f"signal '{name}' is out of its bounds [{low:g}, {high:g}]: {value:g}"
         return bounded, beyond
 
     def _report_fault(self, monitored: MonitoredSensor, t: float, problem: Problem) -> None:

@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 from ..base.errors import Fault, InputError
 from ..base.geometry import Twist3
 from ..base.signal import Signal
-from ..base.units import LENGTH, SPEED, TURN_RATE
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
-from .course import course_signals, course_values, declared
+from .course import course_signals, declared, motion_signals, motion_values
 from .jump import JUMP, JumpDetector
 from .monitor import Monitor
 
@@ -54,12 +53,7 @@ class MotionMonitor(Monitor):
     def signals(self) -> Sequence[Signal]:
         age, found = self.max_age, list[Signal]()
         if self.twist in self._sizes_of:
-            found += [
-                Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
-                Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
-                Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from this motion."),
-            ]
-            found += declared(self._course, age)
+            found += motion_signals(self._course, age)
         tilt_and_height = {self.attitude: "tilt", self.height: "height"}
         return found + declared([signal for name, signal in tilt_and_height.items() if name in self._sizes_of], age)
 
@@ -76,16 +70,10 @@ class MotionMonitor(Monitor):
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = {}
         if self.twist in readings:
-            twist = Twist3(*readings[self.twist].values)
-            written |= {
-                "speed": [twist.forward],
-                "turn_rate": [twist.turn],
-                "stop_distance": [self._locomotion.stop_distance(twist)],
-                **course_values(twist, self._course),
-            }
+            written |= motion_values(self._locomotion, Twist3(*readings[self.twist].values), self._course)
         if self.attitude in readings:
             roll, pitch = readings[self.attitude].values
             written["tilt"] = [math.acos(math.cos(roll) * math.cos(pitch))]
         if self.height in readings:
-            written["height"] = list(readings[self.height].values)
+            written["height"] = readings[self.height].values
         return written

@@ -61,4 +61,4 @@ class OdometryMonitor(Monitor):
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         names = {self.odometer: "wheel_travel", self.gyro: "gyro_rate"}
-        return {signal: list(readings[name].values) for name, signal in names.items() if name in readings}
+        return {signal: readings[name].values for name, signal in names.items() if name in readings}

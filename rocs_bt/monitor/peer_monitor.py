@@ -44,5 +44,5 @@ class PeerMonitor(Monitor):
         return super().varies(sensor) and bool(self.knowledge.signals.view("peer_tag")[0])
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        values = list(next(iter(readings.values())).values)
+        values = next(iter(readings.values())).values
         return {"peer_tag": values[0::3], "peer_range": values[1::3], "peer_bearing": values[2::3]}

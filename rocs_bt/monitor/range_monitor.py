@@ -118,7 +118,7 @@ class RangeMonitor(Monitor):
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         name, reading = next(iter(readings.items()))
-        values = list(reading.values)
+        values = reading.values
         written: dict[str, Sequence[float]] = {name: values}
         for group, g in self.groups.items():
             written[group] = [values[b] / w for b, w in g.weighed] or [math.inf]

@@ -108,7 +108,7 @@ class ScanMonitor(Monitor):
         return {self.monitored[0].sensor.name: self._beams}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        values = list(next(iter(readings.values())).values)
+        values = next(iter(readings.values())).values
         written: dict[str, Sequence[float]] = {SCAN: values}
         gaps = np.maximum(np.array(values) - self._hull, 0.0)
         least = iter(self._least(gaps))

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..base.errors import Fault, InputError
 from ..base.signal import Signal
-from ..base.units import LENGTH, SPEED, TURN_RATE
+from ..base.units import SPEED
 from ..interfaces.channel import Signals
 from ..interfaces.device import Reading
-from .course import course_signals, course_values, declared
+from .course import course_signals, motion_signals, motion_values
 from .monitor import Monitor
 
 FASTEST = 1e3
@@ -48,10 +48,7 @@ class WheelMonitor(Monitor):
                 age,
                 "Wheel speeds in the drive's order.",
             ),
-            Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
-            Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
-            Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from the present speed."),
-            *declared(self._course, age),
+            *motion_signals(self._course, age),
         ]
 
     def expects(self) -> Mapping[str, int]:
@@ -61,10 +58,4 @@ class WheelMonitor(Monitor):
         values = next(iter(readings.values())).values
         wheels = [v if abs(v) <= FASTEST else math.nan for v in values]
         twist = self._locomotion.twist(np.array(wheels))
-        return {
-            "wheel_speeds": values,
-            "speed": [twist.forward],
-            "turn_rate": [twist.turn],
-            "stop_distance": [self._locomotion.stop_distance(twist)],
-            **(course_values(twist, self._course) if self._course else {}),
-        }
+        return {"wheel_speeds": values, **motion_values(self._locomotion, twist, self._course)}

@@ -18,7 +18,7 @@ from ..agent import Agent, RobotDevices, Runtime, ThreadedRunner
 from ..agent.lateness import load
 from ..base.clock import Rate, WallClock, wait_until
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, command_size
-from ..catalog.driver import registered_driver
+from ..catalog.registered_devices import registered_devices
 from ..devices.emergency_stop import EmergencyStop
 from ..devices.host import Host
 from ..devices.isolated import IsolatedActuator
@@ -289,7 +289,7 @@ class HardwareDevices:
     def _actuator(self, catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
         """Device of an actuator; for an isolated actuator, the link to its process; in a dry run, none."""
         if self._dry_run:
-            if registered_driver(spec.driver) is None:
+            if registered_devices(spec.driver) is None:
                 hardware_driver(catalog, robot, spec)  # refuses what a real run refuses
             return NoActuator(spec.name, command_size(robot, spec))
         if spec.isolated and not isinstance(self.clock, WatchedClock):  # a process of its own has the wall clock

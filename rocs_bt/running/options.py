@@ -1,4 +1,4 @@
-"""Options of a run."""
+"""Table of the options of a run, `RunOptions`: the command line and `run` take each of its fields."""
 
 from __future__ import annotations
 

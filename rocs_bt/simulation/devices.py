@@ -15,7 +15,7 @@ from ..catalog import (
     is_reference,
     running_class,
 )
-from ..catalog.driver import registered_driver
+from ..catalog.registered_devices import registered_devices
 from ..declare import constructor_fields, read_arguments, read_values
 from ..devices.host import Host
 from ..devices.isolated import DeviceMaker, IsolatedActuator
@@ -36,7 +36,7 @@ def simulated_device(
         InputError: A user's class does not load, does not extend a simulated device, or does not take the device's
             keys; lists every fault.
     """
-    if (other := registered_driver(device.driver)) is not None:
+    if (other := registered_devices(device.driver)) is not None:
         message = f"'{device.name}' uses {other.title} and is not simulated."
         hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
         raise InputError(Fault(message, robot.file, device.line, hint=hint))
@@ -93,7 +93,7 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
     """
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     return any(
-        registered_driver(device.driver) is not None
+        registered_devices(device.driver) is not None
         or (
             is_reference(device.driver)
             and not issubclass(_class(catalog, robot, device), (SimulatedSensor, SimulatedActuator))
@@ -104,7 +104,7 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
 
 def make_sensor(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec, host: Host, rate: Rate) -> Any:
     """Construct a sensor on hardware that is read at a rate; see `make_hardware`."""
-    if (other := registered_driver(sensor.driver)) is None:
+    if (other := registered_devices(sensor.driver)) is None:
         return make_hardware(catalog, robot, sensor, host)
     with located_at(robot.file, sensor.line):
         return other.sensor(robot, sensor, host, rate)
@@ -117,7 +117,7 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         InputError: See `hardware_driver`; or the constructor raised an exception.
         DeviceError: The constructor cannot reach the device.
     """
-    if isinstance(device, ActuatorSpec) and (other := registered_driver(device.driver)) is not None:
+    if isinstance(device, ActuatorSpec) and (other := registered_devices(device.driver)) is not None:
         with located_at(robot.file, device.line):
             return other.actuator(robot, device, False)(host)
     cls, arguments = hardware_driver(catalog, robot, device)
@@ -134,7 +134,7 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, ho
         InputError: See `make_hardware`; or the system is not POSIX.
         DeviceError: The constructor cannot reach the device.
     """
-    if (other := registered_driver(actuator.driver)) is not None:
+    if (other := registered_devices(actuator.driver)) is not None:
         with located_at(robot.file, actuator.line):
             return IsolatedActuator(other.actuator(robot, actuator, True), actuator.max_command_age, host)
     cls, arguments = hardware_driver(catalog, robot, actuator)

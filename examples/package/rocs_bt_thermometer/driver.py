@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from rocs_bt import DeviceError, Sensor
-from rocs_bt.catalog.driver import RegisteredDriver
+from rocs_bt.catalog.registered_devices import RegisteredDevices
 from rocs_bt.declare import Value
 from rocs_bt.interfaces.device import Reading
 
@@ -38,7 +38,7 @@ class Thermometer(Sensor):
         return Reading(self.clock.now(), [celsius(self.port)])
 
 
-DRIVER = RegisteredDriver(
+DRIVER = RegisteredDevices(
     title="a thermometer",
     keys={"sensor": Keys},
     sensor=lambda robot, spec, host, rate: Thermometer(spec.name, Path(spec.parameters.port), host.clock),

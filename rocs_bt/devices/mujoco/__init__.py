@@ -5,7 +5,7 @@ MuJoCo itself is imported only when a world is constructed.
 
 from .body import Controls, Motors
 from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
-from .driver import MujocoActuator, MujocoSensor
+from .device import MujocoActuator, MujocoSensor
 from .nearness import Near
 from .rays import Rays
 from .world import Contact, MujocoWorld

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, cast
 
-from ...catalog.driver import RegisteredDriver
+from ...catalog.registered_devices import RegisteredDevices
 from .parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 if TYPE_CHECKING:
@@ -36,6 +36,6 @@ def _actuator(robot: RobotSpec, spec: ActuatorSpec, isolated: bool) -> ActuatorN
     return replace(made, node=isolated_node(spec.name)) if isolated else made
 
 
-DRIVER: Final = RegisteredDriver(
+DRIVER: Final = RegisteredDevices(
     "ROS 2", {"sensor": Ros2SensorParameters, "actuator": Ros2ActuatorParameters}, _sensor, _actuator
 )

@@ -1,4 +1,4 @@
-"""Table of message types: what a sensor takes from a message of each type, and the message made of such values.
+"""Table of message types, `TOPICS`: what a sensor takes from a message of a type, and the message made of such values.
 
 Sensors with `driver = "ros2"` and replays of bags take; `rocs-bt sim` and exports of bags make.
 """

@@ -1,4 +1,4 @@
-"""RegisteredDriver: driver of sensors and actuators on hardware that a package registers in `rocs_bt.devices`."""
+"""RegisteredDevices: sensors and actuators on hardware that a package registers in `rocs_bt.devices`."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 
 def _none(*place: object) -> NoReturn:
-    raise InputError("the driver has no device of this kind.")  # its keys are refused before
+    raise InputError("there is no registered device of this kind.")  # its keys are refused before
 
 
 @dataclass(frozen=True)
-class RegisteredDriver:
-    """Driver with a registered name, which a robot.toml gives as `driver`.
+class RegisteredDevices:
+    """Devices with a registered name, which a robot.toml gives as `driver`.
 
     Attributes:
         title: Name of its system in messages, such as `ROS 2`.
-        keys: Class of the device's keys, for `sensor` and `actuator`; one without devices of a kind lacks it.
+        keys: Class of the keys, for `sensor` and `actuator`; a kind without devices is missing.
         sensor: Makes a sensor that is read at a rate.
         actuator: Maker of an actuator; of an isolated one (True) it is called in a process of its own.
     """
@@ -40,13 +40,13 @@ class RegisteredDriver:
     actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker] = _none
 
 
-def registered_driver(name: str) -> RegisteredDriver | None:
-    """Driver that a package has registered; None if none has this name.
+def registered_devices(name: str) -> RegisteredDevices | None:
+    """Devices that a package has registered; None if none have this name.
 
     Raises:
-        InputError: It cannot be loaded.
+        InputError: They cannot be loaded.
     """
     if name not in registered("rocs_bt.devices"):
         return None
-    found: RegisteredDriver = load("rocs_bt.devices", name)
+    found: RegisteredDevices = load("rocs_bt.devices", name)
     return found
