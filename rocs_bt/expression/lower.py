@@ -27,7 +27,7 @@ def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) ->
 
 class _Lowering:
     def __init__(self, nodes: Sequence[Node]) -> None:
-        indices = sorted(_read_by(nodes))
+        indices = sorted({i for node in nodes for i in node.reads()})
         self._register_of = {index: register for register, index in enumerate(indices)}
         self._initial = [math.nan] * len(indices)
         self._constants: dict[tuple[object, ...], int] = {}
@@ -252,16 +252,6 @@ class _Lowering:
 
 def _wide(left: Node, right: Node) -> int:
     return (left.kind.size > 0) | (right.kind.size > 0) << 1
-
-
-def _read_by(nodes: Sequence[Node]) -> set[int]:
-    spans, stack = set[tuple[int, int]](), list(nodes)
-    while stack:
-        node = stack.pop()
-        if node.op == "read":
-            spans.add((node.start, node.stop))
-        stack.extend(node.args)
-    return {i for start, stop in spans for i in range(start, stop)}
 
 
 def _runs(indices: Sequence[int]) -> tuple[tuple[int, int], ...]:

@@ -108,9 +108,8 @@ class Node:
 
     def reads(self) -> set[int]:
         """All indices of the snapshot that the node reads."""
-        if self.op == "read":
-            return set(range(self.start, self.stop))
-        return set().union(*(arg.reads() for arg in self.args))
+        spans = {(node.start, node.stop) for node in self.walk() if node.op == "read"}
+        return {i for span in spans for i in range(*span)}
 
     @cached_property
     def extent(self) -> tuple[int, int]:

@@ -16,7 +16,7 @@ from ...expression.node import TEMPORAL_OPS
 from ...interfaces.action import Action, parameters_of
 from ..rule import OnInvalid, Rule
 from .case import Case, nodes_with_columns, short
-from .prover import conjunction, negation
+from .prover import conjunction, negation, with_values
 from .sample import Array
 
 _SLACK = 1e-9  # [s]
@@ -315,14 +315,8 @@ def _edge(holds: Callable[[Array], bool], on: Array, off: Array, read: Sequence[
     low, high = np.nan_to_num([on[at], off[at]], posinf=1e3, neginf=-1e3)
     while abs(high - low) > 1e-3 * max(1.0, abs(low)):
         middle = (low + high) / 2.0
-        low, high = (middle, high) if holds(_with(on, at, middle)) else (low, middle)
-    return _with(on, at, low), _with(on, at, high), at
-
-
-def _with(x: Array, at: int, value: float) -> Array:
-    x = x.copy()
-    x[at] = value
-    return x
+        low, high = (middle, high) if holds(with_values(on, [at], middle)) else (low, middle)
+    return with_values(on, [at], low), with_values(on, [at], high), at
 
 
 def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:

@@ -136,15 +136,15 @@ class Prover:
             indices = [i for i in range(start, start + size) if i in read]
             if not indices:
                 continue
-            rows = [_with(x, indices, one) for one in values]
+            rows = [with_values(x, indices, one) for one in values]
             if len(indices) > 1:  # one value that is different, then all equal, then one after the other
-                rows = [rows[0], *(_with(rows[0], indices[:1], one) for one in values), *rows]
+                rows = [rows[0], *(with_values(rows[0], indices[:1], one) for one in values), *rows]
             found = _first(holds, self._allowed(rows))
             if found is not None:
                 x = found
                 continue
             for i in indices:
-                rows = [_with(x, [i], one) for one in [*values, *(round(x[i], digits) for digits in range(6))]]
+                rows = [with_values(x, [i], one) for one in [*values, *(round(x[i], digits) for digits in range(6))]]
                 found = _first(holds, self._allowed(rows))
                 x = x if found is None else found
         return x
@@ -161,7 +161,8 @@ def _first(node: Steady, rows: Array) -> Array | None:
     return rows[true.argmax()] if true.any() else None
 
 
-def _with(x: Array, indices: Sequence[int], value: float) -> Array:
+def with_values(x: Array, indices: Sequence[int], value: float) -> Array:
+    """Copy of a snapshot with another value at some indices."""
     x = x.copy()
     x[list(indices)] = value
     return x
