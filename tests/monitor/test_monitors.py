@@ -1,7 +1,6 @@
 """Monitors: what sensors say becomes signals; what they do not say becomes NaN."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +11,8 @@ from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError, WiringError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.signal import Signal
-from rocs_bt.control.locomotion import Response
 from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
-from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.interfaces.message import ReceivedMessage, packed
 from rocs_bt.knowledge import Knowledge
@@ -184,19 +181,6 @@ def test_a_device_that_repeats_an_old_sample_goes_stale(robot, sonar):
     assert np.isnan(robot.read("front")).all()
 
 
-def test_values_that_freeze_while_the_wheels_turn_are_broken(robot, sonar, wheels):
-    sonar.values = [0.9, 0.8, 0.7, math.inf]
-    robot.step(20)
-    assert robot.of(SensorFailed) == [], "at rest nothing need change"
-    wheels.values = [0.3, 0.3]
-    robot.step(14)
-    assert np.isnan(robot.read("front")).all()
-    assert "frozen" in robot.of(SensorFailed)[0].detail
-    sonar.values = [0.9, 0.8, 0.7, 0.65]
-    robot.step()
-    assert robot.read("rear") == [0.65]
-
-
 @pytest.mark.parametrize("repeats", [True, False])
 def test_a_scan_that_repeats_with_fresh_stamps_is_frozen_but_a_slow_one_is_not(robot, sonar, wheels, repeats):
     """A sensor of 1 Hz that is read at 20 Hz gives each sample twenty times, with the same stamp."""
@@ -229,23 +213,6 @@ def test_wheels_tell_speed_turn_rate_and_stop_distance(left, right):
     assert robot.knowledge.robot.turn_rate() == pytest.approx((right - left) / 0.33)
     (stop,) = robot.read("stop_distance")
     assert stop == pytest.approx(abs(speed) * 0.1 + speed**2 / 3.0)
-
-
-def test_a_measured_deceleration_takes_the_place_of_the_drives(robot):
-    sensor = robot.sensor("wheels", 2)
-    response = Response(latency=0.05, deceleration={"vx": 3.0})
-    robot.knowledge.robot.locomotion = replace(robot.knowledge.robot.locomotion, response=response)
-    robot.watch(WheelMonitor, sensor)
-    robot.begin()
-    sensor.values = [0.6, 0.6]
-    robot.step()
-    assert robot.read("stop_distance") == pytest.approx([0.6 * 0.05 + 0.6**2 / 6.0])
-
-
-@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": 0.0}, {"latency": math.nan}])
-def test_bodies_that_cannot_brake_are_refused(wrong):
-    with pytest.raises(InputError, match=r"(latency|deceleration) of"):
-        make_locomotion("differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0, **wrong)
 
 
 def test_a_body_without_wheels_has_no_wheel_monitor(robot):
@@ -381,14 +348,6 @@ def test_each_slot_becomes_tag_range_and_bearing(robot, peers):
     found = [robot.read(name) for name in ("peer_tag", "peer_range", "peer_bearing")]
     assert found == [[2.0, 0.0], [1.2, math.inf], [-0.3, 0.0]]
     assert robot.monitors[1].expects() == {"robots": 6}
-
-
-def test_rules_may_ask_how_near_anybody_is(robot, peers):
-    near = compile_expression("min(peer_range) < 0.5 m", Environment.of(robot.knowledge.signals))
-    for values, wanted in (([0.0, math.inf, 0.0] * 2, False), ([2.0, 0.4, 0.1, 0.0, math.inf, 0.0], True)):
-        peers.values = values
-        robot.step()
-        assert bool(near(robot.knowledge.signals.snapshot(robot.clock.now()).tolist(), 0.0)) is wanted
 
 
 def test_a_peer_that_cannot_be_is_nan_and_told(robot, peers):

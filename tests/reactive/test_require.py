@@ -104,10 +104,6 @@ def test_who_does_not_require_a_missing_signal_is_told_how(load):
     ("written", "instead", "message"),
     [
         ('name = "Stop"', 'name = "Stpo"', "no action is named 'Stpo'"),
-        ('name = "Stop"', 'name = "Stop", belw = "1 m/s"', "no parameter of Stop is named 'belw'"),
-        ('name = "Stop"', 'name = "TurnAngle"', "TurnAngle needs angle"),
-        ("priority = 20", 'priority = 20\ntags = ["safety"]', "must declare 'on_invalid'"),
-        ("priority = 20", 'priority = 20\nfor = "1 m"', "must be in s"),
         ("lateral_speed", "lateral speed", "'lateral speed' is not a valid name of a signal"),
     ],
 )

@@ -301,20 +301,6 @@ def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:
     assert "AssertionError: no thrust (drone.py:" in agent.reason
 
 
-def test_it_falls(fly) -> None:
-    inverted = "0.5 * force, 0.5 * (3.1 - abs(pose.roll)) - 0.1 * velocity[3]"
-    agent = fly(fault=f"values[:4] = (0.0, 0.0, {inverted}) if t > 1.0 else values[:4]").summary.agents["D"]
-    assert agent.outcome == "fell"
-    assert agent.reason.startswith("it tilted by more than 60 deg at 1.")
-
-
 def test_it_is_stuck_if_it_does_not_move_although_it_is_commanded_to_and_has_a_gripper(fly) -> None:
     agent = fly(fault="values[:2] = 0.0, 0.0", jaw=True, end="20 s").summary.agents["D"]
     assert agent.outcome == "stuck"
-
-
-def test_a_long_climb_is_not_stuck(fly) -> None:
-    assert (
-        fly(fault="values[:2] = 0.0, 0.0; self.z += 0.3 * world.step", end="20 s").summary.agents["D"].outcome
-        == "timeout"
-    )
