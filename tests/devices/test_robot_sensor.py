@@ -117,21 +117,6 @@ def test_one_noise_for_tag_range_and_bearing_is_refused(world: MujocoWorld) -> N
         make_device(world, "R2", "eye", "robot_sensor", {"max_range": 5.0}, noise=0.1)
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"max_range": 0.0},
-        {"max_range": 1.0, "max_peers": 0},
-        {"max_range": 1.0, "max_peers": 1001},
-        {"max_range": 1.0, "half_angle": 4.0},
-        {"max_range": 1.0, "height": 0.0},
-    ],
-)
-def test_parameters_that_make_no_sense_are_refused(world: MujocoWorld, wrong: dict[str, float]) -> None:
-    with pytest.raises(InputError, match="eye"):
-        make_device(world, "R2", "eye", "robot_sensor", wrong)
-
-
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0), yaw=st.floats(-3.1, 3.1))
 def test_the_mock_sees_what_mujoco_sees(wall: MujocoWorld, x: float, y: float, yaw: float) -> None:

@@ -4,7 +4,6 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.control.locomotion_kinds import make_locomotion
@@ -49,12 +48,6 @@ def test_the_charge_stays_between_empty_and_full():
     assert charges([0.3, 0.3], Pose2(0.0, 0.0), charge=0.01)[-1] == 0.0
     assert charges([0.0, 0.0], Pose2(1.0, 0.0), charge=0.99)[-1] == 1.0
     assert charges([0.0, 0.0], Pose2(1.0, 0.0), chargers=("other",))[-1] < 0.5
-
-
-@pytest.mark.parametrize("given", [{"charge": 1.1}, {"capacity": 0.0}, {"idle_power": -1.0}, {"charge_distance": 0.0}])
-def test_an_impossible_battery_is_refused(given):
-    with pytest.raises(InputError, match=next(iter(given))):
-        charges([0.0, 0.0], Pose2(0.0, 0.0), **given)
 
 
 def test_the_patrol_visits_the_nearest_goal_first_and_charges_in_time():
