@@ -45,7 +45,7 @@ def test_types_and_fields_that_exist_are_fine(tmp_path: Path) -> None:
     [
         ({"type": "sensor_msgs/msg/Sonar", "path": "range"}, "no message type is named 'sensor_msgs/msg/Sonar'"),
         ({"type": "sensor_msgs/msg/Range", "path": "distance"}, "no field is named 'distance'"),
-        ({"type": "sensor_msgs/msg/Range", "path": "range[0]"}, "the field before [0] is no array"),
+        ({"type": "sensor_msgs/msg/Range", "path": "range[0]"}, "'range' is of type float32, not an array"),
     ],
 )
 def test_unknown_types_and_fields_are_faults_at_the_sensor(tmp_path: Path, keys: dict[str, str], wanted: str) -> None:

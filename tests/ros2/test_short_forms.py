@@ -226,8 +226,8 @@ def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
     ("path", "text"),
     [
         ("rangs", r"no field is named 'rangs'\. Did you mean 'ranges'"),
-        ("header.stamp.sec.x", "has no fields"),
-        ("angle_min[0]", "is no array"),
+        ("header.stamp.sec.x", "'header.stamp.sec' is of type int32 and has no field 'x'"),
+        (r"angle_min[0]", "'angle_min' is of type float32, not an array"),
     ],
 )
 def test_a_path_is_checked_against_the_type(path, text):

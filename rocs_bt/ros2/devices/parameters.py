@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 from ...base.errors import Fault, InputError, did_you_mean
 from ...base.units import ANGLE, Bounds, Metres
 from ...declare import Key, OneOf, Valid, Value, Wrong
-from ..messages.field_path import FieldPath
+from ..messages.field_path import field_at, numbers_at, parse_path
+from ..messages.known_types import KnownTypes
 from ..messages.message_types import MessageTypes
 from ..messages.takes import Take
 from ..messages.topics import TOPICS, TRANSFORMS, Topic
@@ -94,9 +95,12 @@ class Ros2SensorParameters(Value):
                 yield Wrong(key, f"{key} is for the short forms of {types}.", "Omit it.")
         for path in self.paths:
             try:
-                FieldPath(path)
+                whole = not parse_path(path)
             except InputError as error:
                 yield from (Wrong("values", fault.message, fault.hint) for fault in error.faults)
+            else:
+                if whole:
+                    yield Wrong("values", f"'{path}' is the whole message, not a field.", "Write 'a.b' or 'c[0]'.")
         if not self.paths:
             yield from self._short_form()
 
@@ -171,7 +175,8 @@ class Ros2SensorParameters(Value):
         """
         if self.size is not None and not self.paths:
             return self.size // len(self.all_topics)
-        sizes = [FieldPath(text).size(types, self.type) for text in self.paths]
+        fields = [field_at(KnownTypes(types), self.type, parse_path(text)) for text in self.paths]
+        sizes = [None if field is None else field.size if field.array else 1 for field in fields]
         known, fixed = sum(size or 0 for size in sizes), None not in sizes
         if self.length and (self.length < known or (fixed and self.length != known)):
             raise InputError(Fault(f"length is {self.length}, but the fields of {self.type} have {known} values."))
@@ -186,10 +191,10 @@ class Ros2SensorParameters(Value):
         types.message(self.type)
         if self.form is not None:
             return self.form.take(self.taken, **{key: getattr(self, key) for key in self.form.keys})
-        paths = [FieldPath(text) for text in self.paths]
+        paths = [parse_path(text) for text in self.paths]
         for path in paths:
-            path.check(types, self.type)
-        return lambda message: [value for path in paths for value in path.numbers(message)]
+            field_at(KnownTypes(types), self.type, path)
+        return lambda message: [value for path in paths for value in numbers_at(message, path)]
 
 
 class Ros2ActuatorParameters(Value):

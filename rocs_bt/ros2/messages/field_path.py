@@ -1,99 +1,83 @@
-"""Paths to fields of messages, such as `pose.pose.position.x`, `ranges` or `velocity[0]`."""
+"""Paths to fields of messages, such as `pose.position.x` or `ranges[0]`: their text, type and value."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Any
 
 from ...base.errors import DeviceError, Fault, InputError, unknown
-from .message_types import MessageTypes
+from ..ros_link import FieldPath, RosField, RosTypes, index_path
+from .plain import PlainMessage
 
-_STEP = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)((?:\[\d+\])*)\Z")
 
-
-class FieldPath:
-    """Path to a field of a message.
-
-    Args:
-        text: Names of nested fields, separated by dots, each with indices for elements of arrays: `status[0].level`.
+def parse_path(text: str) -> FieldPath:
+    """Parse a field path such as `poses[0].position.x`; `.` and an empty text mean the whole message.
 
     Raises:
-        InputError: The text is no path.
+        InputError: The text is not a path.
     """
+    stripped = text.strip()
+    if stripped in ("", "."):
+        return ()
+    if not re.fullmatch(r"[A-Za-z]\w*(\[[0-9]+\])?(\.[A-Za-z]\w*(\[[0-9]+\])?)*", stripped):
+        hint = "Write names of fields, such as pose.position.x or ranges[0]."
+        raise InputError(Fault(f"'{stripped}' is not the path of a field.", hint=hint))
+    found: list[str | int] = []
+    for name, index in re.findall(r"([A-Za-z]\w*)(?:\[([0-9]+)\])?", stripped):
+        found.append(name)
+        if index:
+            found.append(int(index))
+    return tuple(found)
 
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self.steps: list[str | int] = []
-        for part in text.split("."):
-            found = _STEP.match(part.strip())
-            if found is None:
-                raise InputError(Fault(f"'{text}' is no path to a field.", hint="Write 'a.b' or 'c[0]'."))
-            self.steps += [found[1], *map(int, re.findall(r"\d+", found[2]))]
 
-    def __str__(self) -> str:
-        return self.text
+def field_at(types: RosTypes, type: str, path: FieldPath) -> RosField | None:
+    """Type of the field at a path; the empty path is the message itself.
 
-    def check(self, types: MessageTypes, name: str) -> Any:
-        """Check that messages of a type have this field; returns rosbags' description of its type.
+    Returns:
+        Field; None if a type on the path is not installed here.
 
-        Raises:
-            InputError: The type is unknown, or has no such field.
-        """
-        of: Any = None
-        owner = name
-        for step in self.steps:
-            if isinstance(step, int):
-                if of[0].name not in ("ARRAY", "SEQUENCE"):
-                    raise InputError(Fault(f"'{self.text}': the field before [{step}] is no array."))
-                of = of[1][0]
-                continue
-            if of is not None and of[0].name != "NAME":
-                raise InputError(Fault(f"'{self.text}': the field before '.{step}' has no fields."))
-            owner = name if of is None else of[1]
-            fields = types.fields(owner)
-            if step not in fields:
-                raise InputError(unknown("field", step, fields, f"'{owner}'"))
-            of = fields[step]
-        return of
+    Raises:
+        InputError: The type or a field is unknown, or an index does not fit.
+    """
+    found = RosField(type)
+    for at, part in enumerate(path):
+        here = index_path(path[:at])
+        if isinstance(part, int):
+            if not found.array:
+                raise InputError(Fault(f"'{here}' is of type {found}, not an array.", hint="Remove the index."))
+            if found.size is not None and part >= found.size:
+                raise InputError(Fault(f"'{here}' has {found.size} elements; their indices begin at 0."))
+            found = RosField(found.type)
+            continue
+        if found.array:
+            raise InputError(Fault(f"'{here}' is an array ({found}).", hint=f"Write {here}[0].{part}."))
+        if primitive(found):
+            raise InputError(Fault(f"'{here}' is of type {found} and has no field '{part}'."))
+        fields = types.fields(found.type)
+        if fields is None:
+            return None
+        if part not in fields:
+            raise InputError(unknown("field", part, fields, f"'{found.type}'"))
+        found = fields[part]
+    return found
 
-    def size(self, types: MessageTypes, name: str) -> int | None:
-        """Number of values of the field in messages of a type; None for an array of variable length.
 
-        Raises:
-            InputError: See `check`.
-        """
-        kind, detail = self.check(types, name)
-        if kind.name == "ARRAY":
-            return int(detail[1])
-        return None if kind.name == "SEQUENCE" else 1
+def primitive(field: RosField) -> bool:
+    """Whether the elements of a field are numbers or texts, not messages."""
+    return "/" not in field.type
 
-    def get(self, message: Any) -> Any:
-        """Value of the field.
 
-        Raises:
-            DeviceError: An array of the message is too short.
-        """
-        found = message
-        for step in self.steps:
-            if isinstance(step, str):
-                found = getattr(found, step)
-            elif step < len(found):
-                found = found[step]
-            else:
-                raise DeviceError(f"'{self.text}': the array has {len(found)} elements")
-        return found
+def numbers_at(message: Any, path: FieldPath) -> list[float]:
+    """Values of the field of a message at a path, as numbers: one, or those of an array.
 
-    def numbers(self, message: Any) -> Sequence[float]:
-        """Values of the field as numbers: one, or those of an array.
-
-        Raises:
-            DeviceError: An array of the message is too short, or the field has no numbers.
-        """
-        found = self.get(message)
-        try:
-            return (
-                list(map(float, found)) if hasattr(found, "__len__") and not isinstance(found, str) else [float(found)]
-            )
-        except (TypeError, ValueError) as error:
-            raise DeviceError(f"'{self.text}' has no numbers, found {found!r:.40}") from error
+    Raises:
+        DeviceError: An array of the message is too short, or the field has no numbers.
+    """
+    try:
+        found = PlainMessage(message).get(path)
+    except LookupError as error:
+        raise DeviceError(f"'{index_path(path)}': {error}") from error
+    try:
+        return [float(each) for each in (found if isinstance(found, list) else [found])]
+    except (TypeError, ValueError) as error:
+        raise DeviceError(f"'{index_path(path)}' has no numbers, found {found!r:.40}") from error

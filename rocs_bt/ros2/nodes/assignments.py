@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, NoReturn
 from ...base.errors import Fault, InputError
 from ...trees.nodes import Input, KeyUse
 from ...trees.script import ScriptError
+from ..messages.field_path import parse_path
 from ..ros_link import FieldPath
-from .fields import parse_path
 
 _KEY = re.compile(r"\{\s*(@?[^{}\s@]+)\s*\}")
 _QUOTES = "'\""

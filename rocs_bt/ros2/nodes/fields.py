@@ -1,4 +1,4 @@
-"""Fields of ROS 2 messages: types of field paths, and conversion of values to them."""
+"""Messages of ROS 2 from plain values, converted to the types of their fields."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from ...base.errors import Fault, InputError, unknown
 from ...base.units import NONE, TIME, parse_quantity
+from ..messages.field_path import field_at, primitive
 from ..ros_link import FieldPath, RosField, RosTypes, index_path
 
 _INTEGER = re.compile(r"(u?)int(8|16|32|64)")
@@ -18,43 +19,6 @@ _TIMES = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 _TRUTH = {"true": True, "True": True, "1": True, "false": False, "False": False, "0": False}
 MAX_INDEX = 10_000
 """Maximum index in a field path that is written."""
-
-
-def field_at(types: RosTypes, type: str, path: FieldPath) -> RosField | None:
-    """Type of the field at a path; the empty path is the message itself.
-
-    Returns:
-        Field; None if a type on the path is not installed here.
-
-    Raises:
-        InputError: The type or a field is unknown, or an index does not fit.
-    """
-    found = RosField(type)
-    for at, part in enumerate(path):
-        here = index_path(path[:at])
-        if isinstance(part, int):
-            if not found.array:
-                raise InputError(Fault(f"'{here}' is of type {found}, not an array.", hint="Remove the index."))
-            if found.size is not None and part >= found.size:
-                raise InputError(Fault(f"'{here}' has {found.size} elements; their indices begin at 0."))
-            found = RosField(found.type)
-            continue
-        if found.array:
-            raise InputError(Fault(f"'{here}' is an array ({found}).", hint=f"Write {here}[0].{part}."))
-        if primitive(found):
-            raise InputError(Fault(f"'{here}' is of type {found} and has no field '{part}'."))
-        fields = types.fields(found.type)
-        if fields is None:
-            return None
-        if part not in fields:
-            raise InputError(unknown("field", part, fields, f"'{found.type}'"))
-        found = fields[part]
-    return found
-
-
-def primitive(field: RosField) -> bool:
-    """Whether the elements of a field are numbers or texts, not messages."""
-    return "/" not in field.type
 
 
 def message(types: RosTypes, type: str, values: Iterable[tuple[FieldPath, Any]]) -> dict[str, Any]:
@@ -182,23 +146,3 @@ def _grow(types: RosTypes, type: str, target: list[Any], path: FieldPath, index:
         target.append(
             {} if not primitive(field) else "" if field.type in _TEXTS else False if field.type == "bool" else 0
         )
-
-
-def parse_path(text: str) -> FieldPath:
-    """Parse a field path such as `poses[0].position.x`; `.` and an empty text mean the whole message.
-
-    Raises:
-        InputError: The text is not a path.
-    """
-    stripped = text.strip()
-    if stripped in ("", "."):
-        return ()
-    if not re.fullmatch(r"[A-Za-z]\w*(\[[0-9]+\])?(\.[A-Za-z]\w*(\[[0-9]+\])?)*", stripped):
-        hint = "Write names of fields, such as pose.position.x or ranges[0]."
-        raise InputError(Fault(f"'{stripped}' is not the path of a field.", hint=hint))
-    found: list[str | int] = []
-    for name, index in re.findall(r"([A-Za-z]\w*)(?:\[([0-9]+)\])?", stripped):
-        found.append(name)
-        if index:
-            found.append(int(index))
-    return tuple(found)

@@ -12,8 +12,9 @@ from ...nav2.lenient import Lenient
 from ...nav2.path import poses_in
 from ...nav2.poses import list_of, pose_of, robot_pose
 from ...trees.nodes import Direction, Input
+from ..messages.field_path import primitive
 from ..ros_link import RosField, RosMessage, RosTypes
-from .fields import duration, message, primitive, seconds
+from .fields import duration, message, seconds
 from .uses_ros import UsesRos
 
 STAMPED, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Path"

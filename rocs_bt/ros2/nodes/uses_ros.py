@@ -14,10 +14,11 @@ from ...plan.waits import until
 from ...trees.error import TreeError
 from ...trees.nodes import FAILURE, RUNNING, Node, Outcome
 from ...trees.nodes.tree import fault_at
+from ..messages.field_path import field_at
 from ..messages.known_types import installed_types
 from ..ros_link import NO_LINK, FieldPath, RosLink, RosMessage, RosTypes, index_path
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs, inputs_of, parse_outputs
-from .fields import converted, field_at, message
+from .fields import converted, message
 
 FOREVER = math.inf
 """Default of ports with a maximum duration."""
