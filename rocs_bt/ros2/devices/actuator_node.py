@@ -13,6 +13,7 @@ from ...control.locomotion import Locomotion
 from ...devices.host import Host
 from ...devices.last_neutral import repeat_neutral
 from ...interfaces.device import Actuator
+from ..messages import fields as messages
 from ..network.node import RosNode
 from ..network.transport import Transport
 from ..settings import Ros2Settings
@@ -66,16 +67,10 @@ class ActuatorNode(Actuator):
         if given.type == ARRAY:
             return types.make(ARRAY, data=[given.scale * value for value in values])
         twist = self._locomotion.twist3(values)
-        content = {
-            "linear": {"x": twist.forward, "y": twist.left, "z": twist.up},
-            "angular": {"z": twist.turn},
-        }
         if given.type != TWIST_STAMPED:
-            return types.make(given.type, **content)
+            return types.make(given.type, **messages.twist_fields(twist))
         now = self._node.now()  # NaN before the first message of `/clock`
-        fraction, whole = math.modf(now if math.isfinite(now) else 0.0)
-        header = {"stamp": {"sec": int(whole), "nanosec": int(1e9 * fraction)}, "frame_id": given.frame}
-        return types.make(given.type, header=header, twist=content)
+        return types.make(given.type, **messages.twist_stamped(now if math.isfinite(now) else 0.0, given.frame, twist))
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,11 @@ def time_fields(t: float) -> Fields:
     return {"sec": seconds, "nanosec": nanoseconds}
 
 
+def seconds_of(time: Any) -> float:
+    """Time of a builtin_interfaces/msg/Time [s]."""
+    return float(time.sec) + 1e-9 * float(time.nanosec)
+
+
 def clock(t: float) -> Fields:
     """Fields of a rosgraph_msgs/msg/Clock."""
     return {"clock": time_fields(t)}

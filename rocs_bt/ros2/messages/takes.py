@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...base.errors import DeviceError
 from ...base.geometry import Pose3
+from .fields import seconds_of
 
 Take = Callable[[Any], Sequence[float]]
 """Function from a message to the values of a reading; none if the message is not about them.
@@ -113,7 +114,7 @@ class WorstLevel:
 
     def __call__(self, message: Any) -> list[float]:
         """Worst of the newest levels of all statuses."""
-        now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        now = seconds_of(message.header.stamp)
         for each in message.status:
             if self._status in each.name:
                 level = each.level[0] if isinstance(each.level, bytes) else int(each.level)

@@ -12,6 +12,7 @@ from typing import Any
 
 from ...base.clock import Clock
 from ...base.errors import DeviceError
+from ..messages.fields import seconds_of
 from ..settings import Ros2Settings
 from .connect import open_transport
 from .matching import OwnEndpoint
@@ -221,6 +222,6 @@ def header_stamp(message: Any) -> float:
     header = getattr(message, "header", None)
     if header is None:
         raise DeviceError('it has no header: write stamp = "source"')
-    if not (header.stamp.sec or header.stamp.nanosec):
+    if not (stamp := seconds_of(header.stamp)):
         raise DeviceError("the stamp of its header is 0")
-    return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)
+    return stamp

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from ...base.clock import WallClock
 from ...base.errors import DeviceError
+from ..messages.fields import seconds_of
 from .qos import QoS
 from .transport import Reader, Transport
 
@@ -121,10 +122,9 @@ class SimTimeClock(WallClock):
         """Take the messages that have arrived."""
         for sample in self._reader.take_all():
             try:
-                stamp = self._types.deserialize(sample.data, _TYPE).clock
+                now = seconds_of(self._types.deserialize(sample.data, _TYPE).clock)
             except DeviceError:
                 continue
-            now = stamp.sec + 1e-9 * stamp.nanosec
             if now < self._message - _BACK:
                 jump = f"/clock jumped back from {self._message:.3f} s to {now:.3f} s"
                 why = "the simulator was restarted, or a second one runs in this ROS domain."

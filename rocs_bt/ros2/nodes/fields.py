@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from ...base.errors import Fault, InputError, unknown
 from ...base.units import NONE, TIME, parse_quantity
 from ..messages.field_path import field_at, primitive
+from ..messages.fields import time_fields
 from ..ros_link import FieldPath, RosField, RosTypes, index_path
 
 _INTEGER = re.compile(r"(u?)int(8|16|32|64)")
@@ -84,16 +84,10 @@ def _nested(types: RosTypes, type: str, value: Any, what: str) -> dict[str, Any]
         quantity = parse_quantity(value) if isinstance(value, str) else None
         if quantity is None or quantity.dimension in (TIME, NONE):
             seconds = float(value) if quantity is None else quantity.value
-            return duration(seconds)
+            return time_fields(seconds)
     fields = types.fields(type)
     first = "" if not fields else f"Write {what}.{next(iter(fields))} = ..., for each field that you need."
     raise InputError(Fault(f"{what} is a message ({type}), found {value!r:.60}.", hint=first))
-
-
-def duration(seconds: float) -> dict[str, int]:
-    """Plain values of a builtin_interfaces/Duration or a builtin_interfaces/Time."""
-    whole = math.floor(seconds)
-    return {"sec": whole, "nanosec": min(round((seconds - whole) * 1e9), 999_999_999)}
 
 
 def seconds(value: Mapping[str, Any]) -> float:

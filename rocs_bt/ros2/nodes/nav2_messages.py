@@ -13,8 +13,9 @@ from ...nav2.path import poses_in
 from ...nav2.poses import list_of, pose_of, robot_pose
 from ...trees.nodes import Direction, Input
 from ..messages.field_path import primitive
+from ..messages.fields import time_fields
 from ..ros_link import RosField, RosMessage, RosTypes
-from .fields import duration, message, seconds
+from .fields import message, seconds
 from .uses_ros import UsesRos
 
 STAMPED, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Path"
@@ -74,7 +75,7 @@ class Nav2Caller(Lenient, UsesRos[Any]):
         if field.type == PATH:
             return path_message(value, self.frame)
         if field.type.endswith("/Duration"):
-            return duration(value)
+            return time_fields(value)
         if field.type in _POINTS:
             return {"x": value}
         inner = types.fields(field.type) or {}  # a message that contains an array of poses
