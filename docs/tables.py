@@ -20,6 +20,7 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.cli.main import group
+from rocs_bt.declare import docs_of
 from rocs_bt.interfaces.action import Action, parameters_of
 from rocs_bt.plan import Observation, Task, Vehicle
 from rocs_bt.ros2.messages.topics import TOPICS
@@ -48,13 +49,6 @@ def table(*rows: str) -> str:
     return head + "|" + "---|" * len(rows[0].split(" | ")) + "\n" + "".join(others)
 
 
-def entries(cls: type) -> dict[str, str]:
-    """Entries of the `Attributes:` section of a class, each on one line."""
-    section = (inspect.getdoc(cls) or "").partition("\nAttributes:\n")[2].partition("\n\n")[0] + "\n"
-    found = re.findall(r"^ {4}(\w+): (.*?)(?=^ {4}\w+: |^\S|^$|\Z)", section, re.MULTILINE | re.DOTALL)
-    return {name: code(" ".join(text.split())) for name, text in found}
-
-
 def code(text: str) -> str:
     """Text of a docstring as Markdown."""
     return text.strip().replace("``", "`").replace("|", "\\|")
@@ -72,7 +66,7 @@ def _action(name: str, action: type[Action]) -> str:
     rows = ["parameter | meaning | unit | range | default"]
     for key, parameter in parameters_of(action).items():
         unit, bounds = ("", "") if parameter.dimension is None else (str(parameter.dimension), str(parameter.bounds))
-        meaning = re.sub(r" \[[^\]]*\](?=\.?$)", "", entries(action)[key])
+        meaning = re.sub(r" \[[^\]]*\](?=\.?$)", "", code(parameter.doc))
         rows.append(f"`{key}` | {meaning} | {unit} | {bounds} | {_default(parameter)}")
     return "\n".join([*lines, table(*rows) if rows[1:] else ""])
 
@@ -94,9 +88,9 @@ def planner(page: str) -> str:
 def _class(cls: type) -> str:
     package = "rocs_bt" if cls in (Pose2, Twist2) else "rocs_bt.plan"
     head = f"## {cls.__name__}\n\n`from {package} import {cls.__name__}`. {_first_line(cls)}\n\n"
-    rows = [f"`{name}` | {text}" for name, text in entries(cls).items()]
+    rows = [f"`{name}` | {code(text)}" for name, text in docs_of(cls).items()]
     for name, value in vars(cls).items():
-        if name.startswith("_") or name in entries(cls):
+        if name.startswith("_") or name in docs_of(cls):
             continue
         if isinstance(value, property):
             rows.append(f"`{name}` | {_first_line(value)}")

@@ -96,9 +96,11 @@ class Link:
 class UdpSensor(Sensor):
     """Values of the datagrams under the sensor's name; they become stale when the robot stops sending."""
 
-    def __init__(self, name, host, *, address: str):
+    address: str
+
+    def __init__(self, name, host):
         super().__init__(name)
-        self._link = host.share(address, lambda: Link(address, host.clock))
+        self._link = host.share(self.address, lambda: Link(self.address, host.clock))
 
     def read(self):
         """Newest sample, without waiting."""
@@ -108,9 +110,11 @@ class UdpSensor(Sensor):
 class Wheels(Actuator):
     """Wheel linear speeds, left and right; with its own connection, because it runs in its own process."""
 
-    def __init__(self, name, host, *, address: str):
+    address: str
+
+    def __init__(self, name, host):
         super().__init__(name, 2)
-        self._socket = connect(address)
+        self._socket = connect(self.address)
 
     def command(self, values):
         """Send wheel speeds [m/s]; a lost network must not block."""

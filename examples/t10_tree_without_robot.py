@@ -29,8 +29,10 @@ Output:
     60 s: SUCCESS, 0 coins left
 """
 
+from typing import Annotated
+
 from rocs_bt import SimulatedClock
-from rocs_bt.trees import BUILTIN, SUCCESS, Input, Instant, Outcome, Tree, examine, load_xml
+from rocs_bt.trees import BUILTIN, SUCCESS, Instant, Outcome, Tree, examine, load_xml
 from rocs_bt.trees.draw import picture_of, text
 
 XML = """
@@ -53,7 +55,7 @@ XML = """
 class Say(Instant):
     """Prints a text."""
 
-    text = Input(str, doc="text to print")
+    text: Annotated[str, "text to print"]
 
     def update(self) -> Outcome:
         print(f"  machine: {self.text}")

@@ -44,10 +44,13 @@ HEAVY = {HEAVY!r}
 class Wheels(Actuator):
     """Wheels that tell what happens to them, and break as `plan` says."""
 
-    def __init__(self, name, host, *, plan: str, log: str):
+    plan: str
+    log: str
+
+    def __init__(self, name, host):
         super().__init__(name, 2)
-        self.plan, self.count, self.go = plan, 0, log + ".go"
-        self.log, self.open, self.telling = os.open(log, os.O_WRONLY), True, threading.Lock()
+        self.count, self.go = 0, self.log + ".go"
+        self.log, self.open, self.telling = os.open(self.log, os.O_WRONLY), True, threading.Lock()
         self.tell("process", os.getpid(), os.getsid(0), *sorted(set(sys.modules) & set(HEAVY)))
         if self.plan == "absent":
             raise DeviceError("there is no robot at the other end")

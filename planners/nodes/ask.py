@@ -1,13 +1,13 @@
 """Ask: condition that evaluates a query on the robot's Knowledge."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any
 
 from rocs_bt import Fault, InputError
 from rocs_bt.knowledge import compile_query
 from rocs_bt.knowledge.query import read_parameters
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 
 
 class Ask(Instant):
@@ -21,12 +21,12 @@ class Ask(Instant):
     """
 
     kind = "Condition"
-    query = Input(str, doc="query")
-    path = Input(list, [], "value of `path` in the query: corners, (x, y) in the world frame [m]")
-    it = Input(str, "", "value of `it` in the query: name of a node")
-    found = Output(str, "name of the first node that matches")
-    names = Output(list, "names of all nodes that match")
-    count = Output(int, "number of answers")
+    query: Annotated[str, "query"]
+    path: Annotated[list | None, "value of `path` in the query: corners, (x, y) in the world frame [m]"] = None
+    it: Annotated[str, "value of `it` in the query: name of a node"] = ""
+    found: Annotated[Output[str], "name of the first node that matches"]
+    names: Annotated[Output[list], "names of all nodes that match"]
+    count: Annotated[Output[int], "number of answers"]
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("query") is not None:

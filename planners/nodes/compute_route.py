@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from itertools import pairwise
 from math import dist, isnan
+from typing import Annotated
 
 from rocs_bt import Failure, Fault, InputError, Reason
-from rocs_bt.base.units import LENGTH
+from rocs_bt.base.units import Metres
 from rocs_bt.plan import MapRoutePlanner, NoRoute, mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 
 
 class ComputeRoute(Instant):
@@ -20,12 +21,12 @@ class ComputeRoute(Instant):
     output `path` is the same list.
     """
 
-    goal = Input(str, doc="node of the world model with a pose")
-    planner = Input(str, doc="name of a file in planners/routes")
-    clearance = Input(float, 0.1, "minimum gap between the hull and known obstacles [m]", dimension=LENGTH)
-    moving = Input(bool, True, "whether the path leads around what moves at present; FollowRoute avoids it itself")
-    path = Output(list, "corners of the path, (x, y) in the world frame [m], from the robot on")
-    length = Output(float, "length of the path [m]")
+    goal: Annotated[str, "node of the world model with a pose"]
+    planner: Annotated[str, "name of a file in planners/routes"]
+    clearance: Annotated[Metres, "minimum gap between the hull and known obstacles [m]"] = 0.1
+    moving: Annotated[bool, "whether the path leads around what moves at present; FollowRoute avoids it itself"] = True
+    path: Annotated[Output[list], "corners of the path, (x, y) in the world frame [m], from the robot on"]
+    length: Annotated[Output[float], "length of the path [m]"]
 
     def __init__(self, name="", /, **attributes):
         super().__init__(name, **attributes)

@@ -1,7 +1,9 @@
 """FinishTask: mark tasks in Knowledge as done."""
 
+from typing import Annotated
+
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 
 
 class FinishTask(Instant):
@@ -10,7 +12,7 @@ class FinishTask(Instant):
     <FinishTask goal="{next}"/>
     """
 
-    goal = Input(str, doc="goal that the tasks serve")
+    goal: Annotated[str, "goal that the tasks serve"]
 
     def update(self) -> Outcome:
         graph, goal = mission_of(self).knowledge.graph, self.goal

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from math import inf
+from typing import Annotated
 
 from rocs_bt import Fault
 from rocs_bt.base.errors import unknown
-from rocs_bt.base.units import TIME
+from rocs_bt.base.units import TimeLimit
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 
 
 class Known(Instant):
@@ -18,9 +19,9 @@ class Known(Instant):
     """
 
     kind = "Condition"
-    node = Input(str, doc="name of the node")
-    attribute = Input(str, "", "attribute that must have a value; none if empty")
-    max_age = Input(float, inf, "maximum age of the value [s]", dimension=TIME)
+    node: Annotated[str, "name of the node"]
+    attribute: Annotated[str, "attribute that must have a value; none if empty"] = ""
+    max_age: Annotated[TimeLimit, "maximum age of the value [s]"] = inf
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("attribute") is not None or not self.attribute:

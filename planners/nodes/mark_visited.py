@@ -1,7 +1,9 @@
 """MarkVisited: note in Knowledge that the robot was at a place."""
 
+from typing import Annotated
+
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 
 
 class MarkVisited(Instant):
@@ -11,7 +13,7 @@ class MarkVisited(Instant):
     <MarkVisited place="{next}"/>
     """
 
-    place = Input(str, doc="place or goal that was visited")
+    place: Annotated[str, "place or goal that was visited"]
 
     def update(self) -> Outcome:
         mission, place = mission_of(self), self.place

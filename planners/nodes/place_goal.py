@@ -1,9 +1,11 @@
 """PlaceGoal: set the pose of a goal in the world model."""
 
+from typing import Annotated
+
 from rocs_bt import Failure, KnowledgeError, Pose2, Reason
-from rocs_bt.base.units import ANGLE, LENGTH
+from rocs_bt.base.units import Metres, Radians
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 
 
 class PlaceGoal(Instant):
@@ -16,12 +18,12 @@ class PlaceGoal(Instant):
     FAILURE if the pose of `at` is unknown, or the name belongs to a node that is not a goal.
     """
 
-    goal = Input(str, doc="name of the goal")
-    at = Input(str, "", "node that x, y and yaw are relative to; the world frame if empty")
-    x = Input(float, 0.0, "distance east, or ahead of `at` [m]", dimension=LENGTH)
-    y = Input(float, 0.0, "distance north, or left of `at` [m]", dimension=LENGTH)
-    yaw = Input(float, 0.0, "yaw of the goal [rad]", dimension=ANGLE)
-    tolerance = Input(float, 0.0, "distance at which it is reached, 0 for that of `at` [m]", dimension=LENGTH)
+    goal: Annotated[str, "name of the goal"]
+    at: Annotated[str, "node that x, y and yaw are relative to; the world frame if empty"] = ""
+    x: Annotated[Metres, "distance east, or ahead of `at` [m]"] = 0.0
+    y: Annotated[Metres, "distance north, or left of `at` [m]"] = 0.0
+    yaw: Annotated[Radians, "yaw of the goal [rad]"] = 0.0
+    tolerance: Annotated[Metres, "distance at which it is reached, 0 for that of `at` [m]"] = 0.0
 
     def update(self) -> Outcome:
         world, at = mission_of(self).knowledge.world, self.at

@@ -1,8 +1,10 @@
 """Speak and Log: emit a text for people nearby or for the recording."""
 
+from typing import Annotated, Any
+
 from rocs_bt.event import Said
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import SUCCESS, Instant, Outcome
 
 
 class Speak(Instant):
@@ -13,7 +15,7 @@ class Speak(Instant):
     A robot with a loudspeaker subscribes to the events `Said`, which are recorded too.
     """
 
-    text = Input(object, doc="text, or a key")
+    text: Annotated[Any, "text, or a key"]
 
     def update(self) -> Outcome:
         mission = mission_of(self)
@@ -27,8 +29,8 @@ class Log(Instant):
     <Log text="tries left:" value="{tries}"/>
     """
 
-    text = Input(str, "", "text")
-    value = Input(object, None, "value, usually a key")
+    text: Annotated[str, "text"] = ""
+    value: Annotated[Any, "value, usually a key"] = None
 
     def update(self) -> Outcome:
         mission, value = mission_of(self), self.value

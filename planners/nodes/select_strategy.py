@@ -1,9 +1,11 @@
 """SelectStrategy: activate a strategy by name, the best one, or the fallback of the active one."""
 
+from typing import Annotated
+
 from rocs_bt import Failure, KnowledgeError, Reason
 from rocs_bt.base.errors import did_you_mean
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 
 
 class SelectStrategy(Instant):
@@ -17,9 +19,9 @@ class SelectStrategy(Instant):
     strategies.
     """
 
-    strategy = Input(str, "", "name of the strategy; if empty, the best one or the fallback of the active one")
-    role = Input(str, "", "role that the best strategy must suit; the robot's own if empty")
-    selected = Output(str, "name of the active strategy")
+    strategy: Annotated[str, "name of the strategy; if empty, the best one or the fallback of the active one"] = ""
+    role: Annotated[str, "role that the best strategy must suit; the robot's own if empty"] = ""
+    selected: Annotated[Output[str], "name of the active strategy"]
 
     def update(self) -> Outcome:
         strategies, name = mission_of(self).knowledge.strategy, self.strategy

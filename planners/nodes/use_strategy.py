@@ -1,8 +1,10 @@
 """UseStrategy: act by the best strategy, fall back if it fails, and record the outcome."""
 
+from typing import Annotated
+
 from rocs_bt import Failure, KnowledgeError, Reason
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, Output, halt
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Outcome, Output, halt
 
 
 class UseStrategy(Decorator):
@@ -18,8 +20,8 @@ class UseStrategy(Decorator):
     preferred. `rocs-bt knowledge why` explains each choice.
     """
 
-    role = Input(str, "", "role that the strategy must suit; the robot's own if empty")
-    selected = Output(str, "name of the active strategy")
+    role: Annotated[str, "role that the strategy must suit; the robot's own if empty"] = ""
+    selected: Annotated[Output[str], "name of the active strategy"]
 
     def __init__(self, name, child, /, **attributes):
         super().__init__(name, child, **attributes)

@@ -2,11 +2,12 @@
 
 from collections import deque
 from collections.abc import Iterator
+from typing import Annotated
 
 from rocs_bt import Fault
 from rocs_bt.base.errors import unknown
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from rocs_bt.trees.nodes import RUNNING, SUCCESS, Leaf, Outcome, Output
 
 
 class WaitForChange(Leaf):
@@ -18,11 +19,11 @@ class WaitForChange(Leaf):
     Changes before the node began are ignored.
     """
 
-    kind_ = Input(str, "", "kind of the changed node; any if empty", name="kind")
-    node = Input(str, "", "changed node; any if empty")
-    attribute = Input(str, "", "changed attribute; any change if empty")
-    relation = Input(str, "", "added, changed or removed relation; any change if empty")
-    subject = Output(str, "name of the changed node; of a relation, its source")
+    kind_: Annotated[str, "kind of the changed node; any if empty"] = ""
+    node: Annotated[str, "changed node; any if empty"] = ""
+    attribute: Annotated[str, "changed attribute; any change if empty"] = ""
+    relation: Annotated[str, "added, changed or removed relation; any change if empty"] = ""
+    subject: Annotated[Output[str], "name of the changed node; of a relation, its source"]
 
     def __init__(self, name: str = "", /, **attributes):
         super().__init__(name, **attributes)

@@ -1,10 +1,11 @@
 """WaitForOpenDoor: wait until a robot has observed an open door."""
 
 from math import inf
+from typing import Annotated
 
-from rocs_bt.base.units import TIME
+from rocs_bt.base.units import TimeLimit
 from rocs_bt.plan import mission_of
-from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Leaf, Outcome, Output
 
 
 class WaitForOpenDoor(Leaf):
@@ -18,10 +19,10 @@ class WaitForOpenDoor(Leaf):
     robot may share doors.
     """
 
-    door = Input(str, "", "name of the door; any door if empty")
-    confidence = Input(float, 0.9, "minimum confidence of the observation, 0 to 1")
-    patience = Input(float, inf, "time after which it fails [s]", dimension=TIME)
-    found = Output(str, "name of the open door")
+    door: Annotated[str, "name of the door; any door if empty"] = ""
+    confidence: Annotated[float, "minimum confidence of the observation, 0 to 1"] = 0.9
+    patience: Annotated[TimeLimit, "time after which it fails [s]"] = inf
+    found: Annotated[Output[str], "name of the open door"]
 
     def __init__(self, name="", /, **attributes):
         super().__init__(name, **attributes)

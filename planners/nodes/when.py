@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Annotated
 
 from rocs_bt import Fault, InputError
 from rocs_bt.plan import SignalCondition, mission_of
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 
 
 class When(Instant):
@@ -17,7 +18,7 @@ class When(Instant):
     """
 
     kind = "Condition"
-    expression = Input(str, doc="expression over the signals, true or false")
+    expression: Annotated[str, "expression over the signals, true or false"]
 
     def bind(self, board, runtime):
         self._text, self._condition = None, None

@@ -1,7 +1,21 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
-from .fields import MISSING, Declared, Field, Scope, Value, Wrong, fields_of, given_of, options_of, replaced, values_of
-from .functions import constructor_fields, keyword_fields
+from .fields import (
+    MISSING,
+    Declared,
+    Field,
+    Scope,
+    Value,
+    Wrong,
+    class_fields,
+    docs_of,
+    fields_of,
+    given_of,
+    options_of,
+    own_fields,
+    replaced,
+    values_of,
+)
 from .marks import (
     Content,
     InFile,
@@ -53,16 +67,17 @@ __all__ = [
     "Word",
     "Wrong",
     "checked",
-    "constructor_fields",
+    "class_fields",
     "data_of",
+    "docs_of",
     "fields_of",
     "given_of",
     "has_key",
     "json_schema",
-    "keyword_fields",
     "names_of",
     "note_twice",
     "options_of",
+    "own_fields",
     "place_of",
     "read",
     "read_arguments",

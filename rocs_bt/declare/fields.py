@@ -11,7 +11,10 @@ A mark is an object of a module, not a lambda in the annotation: annotations are
 from __future__ import annotations
 
 import functools
+import inspect
 import numbers
+import re
+import sys
 import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -39,6 +42,7 @@ _WORDS: Mapping[Any, tuple[str, str]] = {
     object: ("a value", "values"),
     Callable: ("a function", "functions"),
 }
+_ENTRY = re.compile(r"^    (\w[\w, ]*): (.*(?:\n      .*)*)", re.MULTILINE)
 _NO_KEYS = (ReadBy, Registered, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
 _LISTS = (list, tuple, Sequence)
@@ -149,6 +153,11 @@ class Field:
             return one_of.options
         return typing.get_args(self.hint) if typing.get_origin(self.hint) is typing.Literal else ()
 
+    @functools.cached_property
+    def doc(self) -> str:
+        """Description: a text in the annotation, else the entry of the name in the docstring of the class."""
+        return self.mark(str) or docs_of(self.owner).get(self.name, "")
+
     def mark(self, kind: type[M]) -> M | None:
         """Mark of a class; the outermost of several, None if there is none."""
         return cast("M | None", self._by_class.get(kind))
@@ -242,6 +251,20 @@ def _words(of: Field) -> tuple[str, str]:
     return _WORDS[str] if of.options else _WORDS.get(kind, others)
 
 
+def _own_annotations(cls: type) -> dict[str, Any]:
+    """Annotations of a class, without those of its bases, that declare fields."""
+    hints = inspect.get_annotations(cls)
+    return {name: hint for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)}
+
+
+@functools.cache
+def docs_of(cls: type) -> Mapping[str, str]:
+    """Entries of the section `Attributes:` in the docstring of a class, each in one line, by name."""
+    section = (inspect.getdoc(cls) or "").partition("\nAttributes:\n")[2].partition("\n\n")[0]
+    entries = _ENTRY.findall(section)
+    return {name: " ".join(text.split()) for names, text in entries for name in re.split(r",\s*", names)}
+
+
 def _is_list(value: object) -> bool:
     """Whether a value is a list of any kind, such as an array of numpy."""
     return isinstance(value, Collection) and not isinstance(value, (str, bytes, Mapping))
@@ -279,8 +302,7 @@ class Declared:
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        hints = vars(cls).get("__annotations__", {})
-        own = [name for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)]
+        own = _own_annotations(cls)
         for name, base in ((name, base) for name in own if name not in cls._names for base in cls.__mro__[1:]):
             if name in vars(base):
                 raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
@@ -326,6 +348,20 @@ class Value(Declared):
 
     def __hash__(self) -> int:
         return hash((type(self), *values_of(self).values()))
+
+
+def own_fields(cls: type) -> list[Field]:
+    """Fields that the annotations of any class declare, without those of its bases."""
+    if not (own := _own_annotations(cls)):
+        return []
+    module = vars(sys.modules.get(cls.__module__, types))
+    hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own), module, dict(vars(cls)), True)
+    return [Field.annotated(name, hints[name], vars(cls).get(name, MISSING), cls) for name in own]
+
+
+def class_fields(cls: type) -> dict[str, Field]:
+    """Fields that the annotations of any class and of its bases declare, by name."""
+    return {each.name: each for base in reversed(cls.__mro__) for each in own_fields(base)}
 
 
 def fields_of(cls: type[Declared]) -> tuple[Field, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from math import isfinite
 from typing import Any
 
@@ -14,7 +13,6 @@ from .write import written
 
 _NUMBER = r"[+-]?(inf|\d+(\.\d*)?([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?)"
 _TYPES = {str: "string", bool: "boolean", int: "integer"}
-_ENTRY = re.compile(r"^    (\w[\w, ]*): (.*(?:\n      .*)*)", re.MULTILINE)
 
 
 def json_schema(cls: type[Declared], title: str) -> dict[str, Any]:
@@ -59,7 +57,11 @@ def _value(each: Field, needed: bool) -> dict[str, Any]:
     if (word := each.mark(Word)) is not None:
         one = {"anyOf": [{"const": word.text}, one]}
     plain = isinstance(each.default, (bool, int, str)) or (isinstance(each.default, float) and isfinite(each.default))
-    return one | ({"default": written(each, each.default)} if plain else {}) | _doc(each)
+    return (
+        one
+        | ({"default": written(each, each.default)} if plain else {})
+        | ({"description": each.doc} if each.doc else {})
+    )
 
 
 def _one(each: Field, needed: bool) -> dict[str, Any]:
@@ -103,10 +105,3 @@ def _units(dimension: Dimension) -> str:
     """Pattern of the units of a dimension; products of others, such as `kg*m/s2`, are left to the reader."""
     names, product = units_of(dimension), r"\S+[*/].+"
     return "|".join([*names, product if "/" not in "".join(names) else r"\S+[*/].+[*/].+"])
-
-
-def _doc(each: Field) -> dict[str, str]:
-    """Text of the field in the section of attributes of its class."""
-    section = (inspect.getdoc(each.owner) or "").partition("Attributes:\n")[2]
-    texts = {name: text for names, text in _ENTRY.findall(section) for name in re.split(r",\s*", names)}
-    return {"description": re.sub(r"\s+", " ", texts[each.name])} if each.name in texts else {}

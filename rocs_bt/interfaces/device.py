@@ -67,7 +67,7 @@ class Actuator(ABC):
     """
 
     two_owners = False
-    publishers: frozenset[bytes] = frozenset()
+    publishers = frozenset[bytes]()
 
     def __init__(self, name: str, size: int) -> None:
         self.name = name

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from ..plan.context import mission_of
 from ..plan.waits import until
-from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Leaf, Outcome
+from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Instant, Leaf, Outcome, Syntax
 from ..trees.nodes.node import LazyAttribute
 from ..trees.value import from_string
 from .decorators import GoalWatch
 from .lenient import Framed, Lenient
-from .path import PathInput, PathSearch, length, poses_in
-from .poses import PoseInput, known, pose_of, robot_pose
+from .path import PathSearch, length, poses_in
+from .poses import PoseText, known, pose_of, robot_pose
 from .run_aware import RunAwareCondition
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class GlobalUpdatedGoal(GoalWatch, _Condition):
 class TimeExpired(_RelativeCondition):
     """SUCCESS if a time has passed since the first tick, or since the condition was last true."""
 
-    seconds = Input(float, 1.0, "time [s]")
+    seconds: Annotated[float, "time [s]"] = 1.0
 
     def restart(self) -> None:
         self._since = self.runtime.now()
@@ -89,7 +89,7 @@ class TimeExpired(_RelativeCondition):
 class DistanceTraveled(Framed, _RelativeCondition):
     """SUCCESS if the robot has moved a distance since the first tick, or since the condition was last true."""
 
-    distance = Input(float, 1.0, "distance [m]")
+    distance: Annotated[float, "distance [m]"] = 1.0
 
     def restart(self) -> None:
         self._at = robot_pose(mission_of(self))
@@ -104,8 +104,8 @@ class DistanceTraveled(Framed, _RelativeCondition):
 class PathExpiringTimer(_Condition):
     """SUCCESS if a path has not changed for a time; a new run of the parent does not reset it."""
 
-    seconds = Input(float, 1.0, "time [s]")
-    path = PathInput("{path}", "path")
+    seconds: Annotated[float, "time [s]"] = 1.0
+    path: Annotated[Any, "path"] = "{path}"
     _state: tuple[float, Any] | None = None
 
     def holds(self) -> bool:
@@ -122,7 +122,7 @@ class PathExpiringTimer(_Condition):
 class GoalReached(Framed, _Condition):
     """SUCCESS if the robot is at the goal, within the tolerance of its node."""
 
-    goal = PoseInput("{goal}", "goal")
+    goal: Annotated[PoseText, "goal"] = "{goal}"
 
     def holds(self) -> bool:
         mission, goal = mission_of(self), self.goal
@@ -139,10 +139,10 @@ TOLERANCE = 0.25
 class ArePosesNear(_Condition):
     """SUCCESS if two poses are within a distance of each other."""
 
-    ref_pose = PoseInput(None, "first pose; the robot's pose by default")
-    target_pose = PoseInput("{goal}", "second pose")
-    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
-    tolerance = Input(float, 0.5, "distance [m]")
+    ref_pose: Annotated[PoseText, "first pose; the robot's pose by default"] = None
+    target_pose: Annotated[PoseText, "second pose"] = "{goal}"
+    global_frame: Annotated[str, "frame in Nav2; here the world frame"] = "map"
+    tolerance: Annotated[float, "distance [m]"] = 0.5
 
     def holds(self) -> bool:
         mission, given = mission_of(self), self.ref_pose
@@ -169,8 +169,8 @@ class IsStuck(_Condition):
 
 
 class _StopTest(Lenient):
-    velocity_threshold = Input(float, 0.01, "threshold of the speed [m/s] and the turn rate [rad/s]")
-    duration_stopped = Input(int, 1000, "time [ms]")
+    velocity_threshold: Annotated[float, "threshold of the speed [m/s] and the turn rate [rad/s]"] = 0.01
+    duration_stopped: Annotated[int, "time [ms]"] = 1000
     _since: float | None = None
 
     def update(self) -> Outcome:
@@ -213,9 +213,9 @@ class CheckStopStatus(_StopTest, Leaf):
 class IsGoalNearby(Framed, _Condition):
     """SUCCESS if the rest of a path, from the pose nearest to the robot, is shorter than a threshold."""
 
-    path = PathInput("{path}", "path")
-    proximity_threshold = Input(float, 1.0, "length of the rest [m]")
-    max_robot_pose_search_dist = Input(float, -1.0, "length searched after the pose found before [m]; negative for all")
+    path: Annotated[Any, "path"] = "{path}"
+    proximity_threshold: Annotated[float, "length of the rest [m]"] = 1.0
+    max_robot_pose_search_dist: Annotated[float, "length searched after the last pose found [m]; negative: all"] = -1.0
     _search: Any = LazyAttribute(lambda node: PathSearch())
 
     def holds(self) -> bool:
@@ -229,10 +229,10 @@ class IsGoalNearby(Framed, _Condition):
 class IsWithinPathTrackingBounds(_Condition):
     """SUCCESS if the robot is near its path, and before FollowPath has written its first `tracking_feedback`."""
 
-    max_error_left = Input(float, 0.5, "maximum distance to the left of the path [m]")
-    max_error_right = Input(float, 0.5, "maximum distance to the right of the path [m]")
-    max_error_heading = Input(float, 3.14, "maximum error of the heading [rad]")
-    tracking_feedback = Input(object, None, "output of FollowPath")
+    max_error_left: Annotated[float, "maximum distance to the left of the path [m]"] = 0.5
+    max_error_right: Annotated[float, "maximum distance to the right of the path [m]"] = 0.5
+    max_error_heading: Annotated[float, "maximum error of the heading [rad]"] = 3.14
+    tracking_feedback: Annotated[Any, "output of FollowPath"] = None
 
     def holds(self) -> bool:
         found = self.tracking_feedback
@@ -250,7 +250,7 @@ def _field(value: Any, name: str) -> float:
 class InitialPoseReceived(_Condition):
     """SUCCESS if the robot's pose is known."""
 
-    initial_pose_received = Input(bool, False, "key of Nav2; here the pose itself is used")
+    initial_pose_received: Annotated[bool, "key of Nav2; here the pose itself is used"] = False
 
     def holds(self) -> bool:
         return not math.isnan(robot_pose(mission_of(self)).x)
@@ -259,8 +259,8 @@ class InitialPoseReceived(_Condition):
 class TransformAvailable(InitialPoseReceived):
     """SUCCESS if the robot's pose is known: there are no other transforms than world to robot here."""
 
-    child = Input(str, "", "frame in Nav2; not used")
-    parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
+    child: Annotated[str, "frame in Nav2; not used"] = ""
+    parent_: Annotated[str, "frame in Nav2; not used"] = ""
 
 
 def _numbers(text: str) -> list[int]:
@@ -271,8 +271,8 @@ def _numbers(text: str) -> list[int]:
 class AreErrorCodesPresent(_Condition):
     """SUCCESS if an error code is in a list of error codes."""
 
-    error_code = Input(int, None, "error code; FAILURE if missing")
-    error_codes_to_check = Input(list[int], doc="error codes to look for, separated by `;` or `,`", parse=_numbers)
+    error_code: Annotated[int | None, "error code; FAILURE if missing"] = None
+    error_codes_to_check: Annotated[list[int], Syntax(_numbers), "error codes to look for, separated by `;` or `,`"]
 
     def holds(self) -> bool:
         return self.error_code in (self.error_codes_to_check or ())

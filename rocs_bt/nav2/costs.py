@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +17,10 @@ import numpy.typing as npt
 from ..base.geometry import Pose2
 from ..knowledge import FREE, OCCUPIED, UNKNOWN
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 from .lenient import Serviced
-from .path import PathInput, nearest, poses_in, within
-from .poses import PoseInput, known, pose_of, robot_pose
+from .path import nearest, poses_in, within
+from .poses import PoseText, known, pose_of, robot_pose
 
 if TYPE_CHECKING:
     from ..plan.context import MissionContext
@@ -147,7 +147,7 @@ def _greatest(costs: Costs) -> int:
 class _PathCheck(Serviced):
     """Base of nodes that test a path from the pose nearest to the robot to its end."""
 
-    path = PathInput("{path}", "path")
+    path: Annotated[Any, "path"] = "{path}"
     unseen_is_valid = True
     """Result while the robot's pose is unknown."""
 
@@ -179,7 +179,7 @@ class _PathCheck(Serviced):
 class _CostLimited(_PathCheck):
     """Base of path checks with a maximum cost, as since Kilted."""
 
-    consider_unknown_as_obstacle = Input(bool, False, "whether unknown cells are obstacles; else they are free")
+    consider_unknown_as_obstacle: Annotated[bool, "whether unknown cells are obstacles; else they are free"] = False
 
     def bad(self, cost: int, round_: bool) -> bool:
         if cost == NO_INFORMATION:
@@ -191,7 +191,7 @@ class IsPathValid(_CostLimited, Instant):
     """SUCCESS if the rest of a path is free in the robot's map; since Lyrical, Nav2 has ValidatePath instead."""
 
     kind = "Condition"
-    max_cost = Input(int, 253, "least cost that is an obstacle")
+    max_cost: Annotated[int, "least cost that is an obstacle"] = 253
 
     def update(self) -> Outcome:
         bad = self.check(math.inf)
@@ -202,12 +202,12 @@ class ValidatePath(_CostLimited, Instant):
     """SUCCESS if the rest of a path is free in the robot's map; FAILURE also while the robot's pose is unknown."""
 
     unseen_is_valid = False
-    max_cost = Input(int, 254, "least cost that is an obstacle")
-    layer_name = Input(str, "", "layer of the costmap; for a running Nav2 only")
-    footprint = Input(str, "", "outline; for a running Nav2 only")
-    stop_at_first_collision = Input(bool, True, "whether `collision_poses` contains only the first bad pose")
-    max_lookahead_distance = Input(float, -1.0, "length of the path that is tested [m]; all of it if not above 0")
-    collision_poses = Output(object, "poses of the path that collide")
+    max_cost: Annotated[int, "least cost that is an obstacle"] = 254
+    layer_name: Annotated[str, "layer of the costmap; for a running Nav2 only"] = ""
+    footprint: Annotated[str, "outline; for a running Nav2 only"] = ""
+    stop_at_first_collision: Annotated[bool, "whether `collision_poses` contains only the first bad pose"] = True
+    max_lookahead_distance: Annotated[float, "length of the path that is tested [m]; all of it if not above 0"] = -1.0
+    collision_poses: Annotated[Output[Any], "poses of the path that collide"]
 
     def update(self) -> Outcome:
         limit = self.max_lookahead_distance
@@ -221,9 +221,9 @@ class ValidatePath(_CostLimited, Instant):
 class OccupancyTest(Serviced):
     """Base of nodes that compare the costs of poses with a threshold."""
 
-    cost_threshold = Input(float, 254.0, "least cost that is an obstacle")
-    use_footprint = Input(bool, True, "whether the outline of the robot counts; else only the cell at the position")
-    consider_unknown_as_obstacle = Input(bool, False, "whether unknown cells are obstacles")
+    cost_threshold: Annotated[float, "least cost that is an obstacle"] = 254.0
+    use_footprint: Annotated[bool, "whether the outline of the robot counts; else only the cell at the position"] = True
+    consider_unknown_as_obstacle: Annotated[bool, "whether unknown cells are obstacles"] = False
 
     def occupied(self, pose: Pose2) -> bool:
         """Whether the cost of a pose reaches the threshold."""
@@ -234,7 +234,7 @@ class OccupancyTest(Serviced):
 class CheckPoseOccupancy(OccupancyTest, Instant):
     """SUCCESS if a pose is occupied in the robot's map."""
 
-    pose = PoseInput(None, "pose")
+    pose: Annotated[PoseText, "pose"] = None
 
     def update(self) -> Outcome:
         given = self.pose

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
+from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Outcome, Output, Syntax
 from ..trees.nodes.family import Decorator
 from ..trees.value import from_string
 from .lenient import Framed, Lenient
-from .path import PathInput, length, poses_in
-from .poses import PoseInput, PosesInput, poses_of, robot_pose, same
+from .path import length, poses_in
+from .poses import PosesText, PoseText, poses_of, robot_pose, same
 from .run_aware import RunAwareDecorator
 
 
@@ -70,7 +70,7 @@ class _Throttled(Lenient, RunAwareDecorator):
 class RateController(_Throttled):
     """Ticks its child at most at a rate; a RUNNING child is ticked until it ends. RUNNING in between."""
 
-    hz = Input(float, 10.0, "rate [Hz], above 0", parse=_rate)
+    hz: Annotated[float, Syntax(_rate), "rate [Hz], above 0"] = 10.0
 
     def restart(self) -> None:
         self._since = self.runtime.now()
@@ -85,7 +85,7 @@ class RateController(_Throttled):
 class DistanceController(Framed, _Throttled):
     """Ticks its child each time the robot has moved by a distance. RUNNING in between."""
 
-    distance = Input(float, 1.0, "distance from the position of the child's last tick [m]")
+    distance: Annotated[float, "distance from the position of the child's last tick [m]"] = 1.0
 
     def restart(self) -> None:
         self._at = robot_pose(mission_of(self))
@@ -104,8 +104,8 @@ class DistanceController(Framed, _Throttled):
 class GoalWatch(Lenient):
     """Base of nodes that compare the goal with that of a reference state."""
 
-    goal = PoseInput(None, "goal; the key `goal` by default")
-    goals = PosesInput(None, "goals; the key `goals` by default")
+    goal: Annotated[PoseText, "goal; the key `goal` by default"] = None
+    goals: Annotated[PosesText, "goals; the key `goals` by default"] = None
 
     def restart(self) -> None:
         self._goals = self.present()
@@ -124,10 +124,10 @@ class GoalWatch(Lenient):
 class SpeedController(GoalWatch, _Throttled):
     """Ticks its child at a rate that increases with the robot's speed, and at once when the goal changes."""
 
-    min_rate = Input(float, 0.1, "rate at `min_speed` [Hz], above 0", parse=_rate)
-    max_rate = Input(float, 1.0, "rate at `max_speed` [Hz], above 0", parse=_rate)
-    min_speed = Input(float, 0.0, "speed for `min_rate` [m/s]")
-    max_speed = Input(float, 0.5, "speed for `max_rate` [m/s]")
+    min_rate: Annotated[float, Syntax(_rate), "rate at `min_speed` [Hz], above 0"] = 0.1
+    max_rate: Annotated[float, Syntax(_rate), "rate at `max_speed` [Hz], above 0"] = 1.0
+    min_speed: Annotated[float, "speed for `min_rate` [m/s]"] = 0.0
+    max_speed: Annotated[float, "speed for `max_rate` [m/s]"] = 0.5
 
     def restart(self) -> None:
         super().restart()
@@ -183,10 +183,10 @@ class SingleTrigger(RunAwareDecorator):
 class GoalUpdater(Lenient, Decorator):
     """Copies the goal to its outputs and ticks its child. There is no topic here: to move the goal, move its node."""
 
-    input_goal = PoseInput(None, "goal")
-    input_goals = PosesInput(None, "goals")
-    output_goal = Output(object, "same goal")
-    output_goals = Output(object, "same goals")
+    input_goal: Annotated[PoseText, "goal"] = None
+    input_goals: Annotated[PosesText, "goals"] = None
+    output_goal: Annotated[Output[Any], "same goal"]
+    output_goals: Annotated[Output[Any], "same goals"]
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING
@@ -206,9 +206,9 @@ class GoalUpdater(Lenient, Decorator):
 class PathLongerOnApproach(Lenient, RunAwareDecorator):
     """Ticks its child if the path has become much longer, and the old one was short (near the goal); else SUCCESS."""
 
-    path = PathInput("{path}", "path")
-    prox_len = Input(float, 3.0, "maximum length of the old path [m]")
-    length_factor = Input(float, 2.0, "minimum ratio of the lengths")
+    path: Annotated[Any, "path"] = "{path}"
+    prox_len: Annotated[float, "maximum length of the old path [m]"] = 3.0
+    length_factor: Annotated[float, "minimum ratio of the lengths"] = 2.0
 
     def tick_once(self) -> Outcome:
         if self.begins():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 from ..base.geometry import Pose2
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 from .costs import OccupancyTest
 from .lenient import Framed, Lenient
-from .poses import PoseInput, PosesInput, known, list_of, pose_of, robot_pose
+from .poses import PosesText, PoseText, known, list_of, pose_of, robot_pose
 
 PENDING, COMPLETED, SKIPPED = 0, 1, 2
 """States of a goal in nav2_msgs/WaypointStatus."""
@@ -43,8 +43,8 @@ def pending(goals: Any) -> list[WaypointStatus]:
 class Statuses(Lenient):
     """Base of nodes that remove goals and write down what became of them."""
 
-    input_waypoint_statuses = Input(object, None, "states of all goals")
-    output_waypoint_statuses = Output(object, "states of all goals, those of the removed ones changed")
+    input_waypoint_statuses: Annotated[Any, "states of all goals"] = None
+    output_waypoint_statuses: Annotated[Output[Any], "states of all goals, those of the removed ones changed"]
 
     def mark(self, removed: list[Any], status: int) -> bool:
         """Change the states of removed goals and write all states; False if a removed goal is not pending."""
@@ -64,9 +64,9 @@ class Statuses(Lenient):
 class RemovePassedGoals(Statuses, Framed, Instant):
     """Removes goals from the beginning of a list while the robot is near the first one; the last one remains."""
 
-    input_goals = PosesInput("{goals}", "goals in order")
-    output_goals = Output(object, "remaining goals")
-    radius = Input(float, 0.5, "distance at which a goal counts as passed [m]")
+    input_goals: Annotated[PosesText, "goals in order"] = "{goals}"
+    output_goals: Annotated[Output[Any], "remaining goals"]
+    radius: Annotated[float, "distance at which a goal counts as passed [m]"] = 0.5
 
     def update(self) -> Outcome:
         mission, goals, passed = mission_of(self), list_of(self.input_goals), list[Any]()
@@ -86,8 +86,8 @@ class RemovePassedGoals(Statuses, Framed, Instant):
 class RemoveInCollisionGoals(Statuses, OccupancyTest, Instant):
     """Removes goals that are occupied in the robot's map; FAILURE for an empty list, or a goal without a pose."""
 
-    input_goals = PosesInput("{goals}", "goals in order")
-    output_goals = Output(object, "goals that are free")
+    input_goals: Annotated[PosesText, "goals in order"] = "{goals}"
+    output_goals: Annotated[Output[Any], "goals that are free"]
 
     def update(self) -> Outcome:
         mission, goals = mission_of(self), list_of(self.input_goals)
@@ -105,9 +105,9 @@ class RemoveInCollisionGoals(Statuses, OccupancyTest, Instant):
 class GetNextFewGoals(Lenient, Instant):
     """First goals of a list; FAILURE if the list is empty."""
 
-    input_goals = PosesInput(None, "goals in order")
-    num_goals = Input(int, 1, "number of goals")
-    output_goals = Output(object, "first goals")
+    input_goals: Annotated[PosesText, "goals in order"] = None
+    num_goals: Annotated[int, "number of goals"] = 1
+    output_goals: Annotated[Output[Any], "first goals"]
 
     def update(self) -> Outcome:
         goals = list_of(self.input_goals)
@@ -120,9 +120,9 @@ class GetNextFewGoals(Lenient, Instant):
 class AppendGoalPoseToGoals(Lenient, Instant):
     """Appends a goal to a list."""
 
-    goal_pose = PoseInput(None, "goal to append")
-    input_goals = PosesInput(None, "goals in order")
-    output_goals = Output(object, "goals with the appended one")
+    goal_pose: Annotated[PoseText, "goal to append"] = None
+    input_goals: Annotated[PosesText, "goals in order"] = None
+    output_goals: Annotated[Output[Any], "goals with the appended one"]
 
     def update(self) -> Outcome:
         goal = self.goal_pose
@@ -133,8 +133,8 @@ class AppendGoalPoseToGoals(Lenient, Instant):
 class ExtractRouteNodesAsGoals(Lenient, Instant):
     """Places of a route as goals with yaw 0; FAILURE if the route is empty."""
 
-    route = Input(object, None, "route of ComputeRoute")
-    goals = Output(object, "poses of its places")
+    route: Annotated[Any, "route of ComputeRoute"] = None
+    goals: Annotated[Output[Any], "poses of its places"]
 
     def update(self) -> Outcome:
         mission, route = mission_of(self), self.route

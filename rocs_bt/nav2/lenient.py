@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 from ..plan.context import MissionContext
-from ..trees.nodes import REQUIRED, Input, Node, Output, Port, pointer
+from ..trees.nodes import Node, Output, Port, pointer
 
 _EMPTY: Final[dict[Any, Any]] = {bool: False, int: 0, float: 0.0, str: "", list: ()}
 
@@ -20,10 +20,10 @@ class Lenient(Node):
         return super().read(port)
 
 
-def absent(port: Port[Any]) -> Any:
+def absent(port: Port) -> Any:
     """Value of a port with a key without a value: the default if it is a literal, else an empty value or None."""
     default = port.default
-    if default is REQUIRED or pointer(default) is not None:
+    if port.required or pointer(default) is not None:
         return _EMPTY.get(port.kind)
     return port.value(default) if isinstance(default, str) else default
 
@@ -31,10 +31,10 @@ def absent(port: Port[Any]) -> Any:
 class Served(Lenient):
     """Base of nodes that call an action server in Nav2; here they ignore its address."""
 
-    server_name = Input(str, "", "address of the server; for a running Nav2 only")
-    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; for a running Nav2 only")
-    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
-    error_msg = Output(str, "error message")
+    server_name: Annotated[str, "address of the server; for a running Nav2 only"] = ""
+    server_timeout: Annotated[float, "timeout of the server in Nav2 [ms]; for a running Nav2 only"] = 0.0
+    error_code_id: Annotated[Output[int], "error code of nav2_msgs, 0 for none"]
+    error_msg: Annotated[Output[str], "error message"]
 
     def put_error(self, code: int = 0, message: str = "") -> None:
         """Write the outputs for an error; both are zero or empty without one."""
@@ -52,12 +52,12 @@ def error_messages(mission: MissionContext) -> dict[int, str]:
 class Serviced(Lenient):
     """Base of nodes that call a service in Nav2; here they ignore its address."""
 
-    service_name = Input(str, "", "address of the service; for a running Nav2 only")
-    server_timeout = Input(float, 0.0, "timeout of the service in Nav2 [ms]; for a running Nav2 only")
+    service_name: Annotated[str, "address of the service; for a running Nav2 only"] = ""
+    server_timeout: Annotated[float, "timeout of the service in Nav2 [ms]; for a running Nav2 only"] = 0.0
 
 
 class Framed(Lenient):
     """Base of nodes that look up the robot's pose in Nav2's transforms; here it is that of Knowledge."""
 
-    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
-    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
+    global_frame: Annotated[str, "frame in Nav2; here the world frame"] = "map"
+    robot_base_frame: Annotated[str, "frame in Nav2; not used"] = "base_link"

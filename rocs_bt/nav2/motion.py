@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, wrap_angle
@@ -14,8 +14,8 @@ from ..interfaces.action import Action, Failure, Reason, make_action
 from ..knowledge import segment_distance
 from ..plan.action_node import ActionNode
 from ..plan.waits import until
-from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
-from .path import PathInput, corners_of, poses_in
+from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Leaf, Outcome, Output
+from .path import corners_of, poses_in
 from .poses import robot_pose
 from .servers import Cancellable
 
@@ -128,8 +128,10 @@ class _Move(Cancellable, ActionNode):
 class _TimeLimited(_Move):
     """Base of motion nodes that fail after `time_allowance`."""
 
-    time_allowance = Input(float, 10.0, "maximum duration [s]")
-    disable_collision_checks = Input(bool, False, "whether Nav2 does not check; the robot's reflexes are always active")
+    time_allowance: Annotated[float, "maximum duration [s]"] = 10.0
+    disable_collision_checks: Annotated[bool, "whether Nav2 does not check; the robot's reflexes are always active"] = (
+        False
+    )
 
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.time_allowance
@@ -161,12 +163,12 @@ class FollowPath(_Move):
         Reason.LOST_POSE: 2, Reason.CANNOT: 3, Reason.TIMEOUT: 7, Reason.STUCK: 5, Reason.BLOCKED: 6
     }  # fmt: skip  # a table
 
-    path = PathInput("{path}", "path; also corners, (x, y) in the world frame [m]")
-    controller_id = Input(str, "", "name of a controller; for a running Nav2 only")
-    goal_checker_id = Input(str, "", "name of a goal checker; for a running Nav2 only")
-    progress_checker_id = Input(str, "", "name of a progress checker; for a running Nav2 only")
-    path_handler_id = Input(str, "", "name of a path handler; for a running Nav2 only")
-    tracking_feedback = Output(object, "position on the path, in each tick")
+    path: Annotated[Any, "path; also corners, (x, y) in the world frame [m]"] = "{path}"
+    controller_id: Annotated[str, "name of a controller; for a running Nav2 only"] = ""
+    goal_checker_id: Annotated[str, "name of a goal checker; for a running Nav2 only"] = ""
+    progress_checker_id: Annotated[str, "name of a progress checker; for a running Nav2 only"] = ""
+    path_handler_id: Annotated[str, "name of a path handler; for a running Nav2 only"] = ""
+    tracking_feedback: Annotated[Output[Any], "position on the path, in each tick"]
     empty_code = 1
     """Error code for an empty path: Nav2 rejects such a goal since Lyrical."""
 
@@ -231,8 +233,8 @@ class Spin(_TimeLimited):
 
     action = "TurnAngle"
     base = 700
-    spin_dist = Input(float, 1.57, "angle, left positive [rad]")
-    is_recovery = Input(bool, True, "whether Nav2 counts it as a recovery; not used")
+    spin_dist: Annotated[float, "angle, left positive [rad]"] = 1.57
+    is_recovery: Annotated[bool, "whether Nav2 counts it as a recovery; not used"] = True
 
     def parameters(self) -> dict[str, Any]:
         return {"angle": self.spin_dist, "rate": SPIN_RATE}
@@ -244,8 +246,8 @@ class DriveOnHeading(_TimeLimited):
     action = "Flinch"
     base = 720
     codes: ClassVar[dict[Reason, int]] = {**_CODES, Reason.CANNOT: 4}
-    dist_to_travel = Input(float, 0.15, "distance [m]")
-    speed = Input(float, 0.025, "speed [m/s]")
+    dist_to_travel: Annotated[float, "distance [m]"] = 0.15
+    speed: Annotated[float, "speed [m/s]"] = 0.025
 
     def parameters(self) -> dict[str, Any]:
         if self.speed * self.dist_to_travel < 0.0:
@@ -260,8 +262,8 @@ class BackUp(_TimeLimited):
     action = "Flinch"
     base = 710
     codes: ClassVar[dict[Reason, int]] = {**_CODES, Reason.BLOCKED: 4, Reason.STUCK: 4, Reason.CANNOT: 3}
-    backup_dist = Input(float, 0.15, "distance [m]")
-    backup_speed = Input(float, 0.025, "speed [m/s]")
+    backup_dist: Annotated[float, "distance [m]"] = 0.15
+    backup_speed: Annotated[float, "speed [m/s]"] = 0.025
 
     def parameters(self) -> dict[str, Any]:
         speed = -abs(self.backup_speed)
@@ -271,7 +273,7 @@ class BackUp(_TimeLimited):
 class Wait(Cancellable, Leaf):
     """RUNNING for a duration, then SUCCESS; a negative duration counts as a positive one."""
 
-    wait_duration = Input(float, 1.0, "duration [s]")
+    wait_duration: Annotated[float, "duration [s]"] = 1.0
 
     def initialise(self) -> None:
         super().initialise()
@@ -290,8 +292,8 @@ class Wait(Cancellable, Leaf):
 class AssistedTeleop(Cancellable, Leaf):
     """RUNNING for `time_allowance`: there is no operator here. Then FAILURE if `is_recovery`, else SUCCESS."""
 
-    time_allowance = Input(float, 10.0, "duration [s]")
-    is_recovery = Input(bool, False, "whether the node fails at the end")
+    time_allowance: Annotated[float, "duration [s]"] = 10.0
+    is_recovery: Annotated[bool, "whether the node fails at the end"] = False
 
     def initialise(self) -> None:
         super().initialise()

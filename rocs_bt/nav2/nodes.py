@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ..trees.nodes import BUILTIN, Input, Node, Registry, nodes_of
+from ..trees.nodes import BUILTIN, Node, Registry, nodes_of
 from ..trees.nodes.control.navigation import RoundRobin
 from . import conditions, costs, decorators, goals, motion, paths, planning, route
 from .costs import INSCRIBED, LETHAL, IsPathValid
@@ -36,7 +36,7 @@ def _bad(self: Any, cost: int, round_: bool) -> bool:
     return cost == LETHAL or (round_ and cost == INSCRIBED)
 
 
-_ROUND: Final = _variant(RoundRobin, wrap_around=Input(bool, True, "whether the first child follows the last"))
+_ROUND: Final = _variant(RoundRobin, wrap_around=True)
 _NEAREST_ONLY: Final = _variant(TruncatePathLocal, whole_rest=False)
 _INVALID: Final = _variant(FollowPath, empty_code=103)
 _UNKNOWN_IS_FREE: Final = _variant(IsPathValid, bad=_bad)

@@ -14,7 +14,6 @@ from typing import Any, Final
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, wrap_angle
 from ..plan.route import Point
-from ..trees.nodes import Input
 
 STEP: Final = 0.05
 """Maximum distance of the poses of a computed path [m]: the resolution of Nav2's costmaps."""
@@ -22,13 +21,6 @@ STEP: Final = 0.05
 
 MOST_POSES: Final = 20_000
 """Maximum number of poses of a computed path, about; a path of more than 1 km has a greater distance between them."""
-
-
-class PathInput(Input[Any]):
-    """Port that reads a path; `poses_in` gives its poses."""
-
-    def __init__(self, default: Any, doc: str) -> None:
-        super().__init__(object, default, doc)
 
 
 class ComputedPath(list[Pose2]):

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ..base.geometry import Pose2
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 from ..trees.nodes.node import LazyAttribute
 from .costs import Costmap
 from .lenient import Framed, Lenient, Served
-from .path import PathInput, PathSearch, headed, poses_in, within
-from .poses import PoseInput, known, pose_of, robot_pose
+from .path import PathSearch, headed, poses_in, within
+from .poses import PoseText, known, pose_of, robot_pose
 
 
 class TruncatePath(Lenient, Instant):
     """Removes the poses at the end of a path that are nearer to its last pose than a distance; two poses remain."""
 
-    input_path = PathInput(None, "path")
-    output_path = Output(object, "path without its end")
-    distance = Input(float, 1.0, "distance from the end [m]")
+    input_path: Annotated[Any, "path"] = None
+    output_path: Annotated[Output[Any], "path without its end"]
+    distance: Annotated[float, "distance from the end [m]"] = 1.0
 
     def update(self) -> Outcome:
         path, away = list(poses_in(self.input_path)), self.distance
@@ -39,16 +39,18 @@ class TruncatePath(Lenient, Instant):
 class TruncatePathLocal(Lenient, Instant):
     """Cuts out the part of a path around the robot; FAILURE while the robot's pose is unknown."""
 
-    input_path = PathInput(None, "path")
-    output_path = Output(object, "part of the path")
-    distance_forward = Input(float, 8.0, "length of the part after the nearest pose [m]; negative for the whole rest")
-    distance_backward = Input(float, 4.0, "length of the part before the nearest pose [m]")
-    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
-    robot_frame = Input(str, "base_link", "name of `robot_base_frame` before Lyrical; for a running Nav2 only")
-    transform_tolerance = Input(float, 0.2, "tolerance in Nav2 [s]; for a running Nav2 only")
-    pose = PoseInput(None, "pose of the robot; that of Knowledge by default")
-    angular_distance_weight = Input(float, 0.0, "weight of the angle between the orientations [m/rad]")
-    max_robot_pose_search_dist = Input(float, math.inf, "length that is searched after the pose found before [m]")
+    input_path: Annotated[Any, "path"] = None
+    output_path: Annotated[Output[Any], "part of the path"]
+    distance_forward: Annotated[float, "length of the part after the nearest pose [m]; negative for the whole rest"] = (
+        8.0
+    )
+    distance_backward: Annotated[float, "length of the part before the nearest pose [m]"] = 4.0
+    robot_base_frame: Annotated[str, "frame in Nav2; not used"] = "base_link"
+    robot_frame: Annotated[str, "name of `robot_base_frame` before Lyrical; for a running Nav2 only"] = "base_link"
+    transform_tolerance: Annotated[float, "tolerance in Nav2 [s]; for a running Nav2 only"] = 0.2
+    pose: Annotated[PoseText, "pose of the robot; that of Knowledge by default"] = None
+    angular_distance_weight: Annotated[float, "weight of the angle between the orientations [m/rad]"] = 0.0
+    max_robot_pose_search_dist: Annotated[float, "length that is searched after the pose found before [m]"] = math.inf
     _search: Any = LazyAttribute(lambda node: PathSearch())
     whole_rest = True
     """Whether a negative `distance_forward` means the whole rest; before Lyrical it means the nearest pose only."""
@@ -73,9 +75,9 @@ class TruncatePathLocal(Lenient, Instant):
 class ConcatenatePaths(Lenient, Instant):
     """Concatenates two paths; FAILURE if both are empty."""
 
-    input_path1 = PathInput(None, "first path")
-    input_path2 = PathInput(None, "second path")
-    output_path = Output(object, "both paths")
+    input_path1: Annotated[Any, "first path"] = None
+    input_path2: Annotated[Any, "second path"] = None
+    output_path: Annotated[Output[Any], "both paths"]
 
     def update(self) -> Outcome:
         path = [*poses_in(self.input_path1), *poses_in(self.input_path2)]
@@ -88,9 +90,9 @@ class ConcatenatePaths(Lenient, Instant):
 class GetPoseFromPath(Lenient, Instant):
     """Pose of a path; FAILURE if it has no such pose."""
 
-    path = PathInput(None, "path")
-    index = Input(int, 0, "index of the pose; negative ones count from the end")
-    pose = Output(Pose2, "pose")
+    path: Annotated[Any, "path"] = None
+    index: Annotated[int, "index of the pose; negative ones count from the end"] = 0
+    pose: Annotated[Output[Pose2], "pose"]
 
     def update(self) -> Outcome:
         path, index = poses_in(self.path), self.index
@@ -103,7 +105,7 @@ class GetPoseFromPath(Lenient, Instant):
 class GetCurrentPose(Framed, Instant):
     """Pose of the robot; FAILURE while it is unknown."""
 
-    current_pose = Output(Pose2, "pose")
+    current_pose: Annotated[Output[Pose2], "pose"]
 
     def update(self) -> Outcome:
         pose = known(robot_pose(mission_of(self)))
@@ -123,13 +125,13 @@ IN_COLLISION, INVALID_PATH = 503, 505
 class SmoothPath(Served, Instant):
     """Smooths a path between its ends; FAILURE, without a change of the outputs, if it is empty or then collides."""
 
-    unsmoothed_path = PathInput(None, "path")
-    max_smoothing_duration = Input(float, 3.0, "maximum duration in Nav2 [s]; for a running Nav2 only")
-    check_for_collisions = Input(bool, False, "whether a path that collides is a failure")
-    smoother_id = Input(str, "", "name of a smoother; for a running Nav2 only")
-    smoothed_path = Output(object, "smoothed path")
-    smoothing_duration = Output(float, "always 0 s: smoothing takes no simulated time")
-    was_completed = Output(bool, "always true")
+    unsmoothed_path: Annotated[Any, "path"] = None
+    max_smoothing_duration: Annotated[float, "maximum duration in Nav2 [s]; for a running Nav2 only"] = 3.0
+    check_for_collisions: Annotated[bool, "whether a path that collides is a failure"] = False
+    smoother_id: Annotated[str, "name of a smoother; for a running Nav2 only"] = ""
+    smoothed_path: Annotated[Output[Any], "smoothed path"]
+    smoothing_duration: Annotated[Output[float], "always 0 s: smoothing takes no simulated time"]
+    was_completed: Annotated[Output[bool], "always true"]
 
     def update(self) -> Outcome:
         path = poses_in(self.unsmoothed_path)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..interfaces.action import Failure, Reason
 from ..plan.context import mission_of
 from ..plan.route import NoRoute, Point, RoutePlanner
-from ..trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
+from ..trees.nodes import FAILURE, SUCCESS, Instant, Outcome, Output
 from .costs import Costmap
 from .lenient import Served
 from .path import ComputedPath
-from .poses import PoseInput, PosesInput, known, pose_of, poses_of, read_poses, robot_pose
+from .poses import PosesText, PoseText, known, pose_of, poses_of, read_poses, robot_pose
 
 CLEARANCE = 0.1
 """Minimum gap between the robot's hull and known obstacles [m]."""
@@ -36,9 +36,9 @@ class Planning(Served):
     tf_error: ClassVar[int] = TF_ERROR
     invalid_planner: ClassVar[int] = INVALID_PLANNER
 
-    start = PoseInput(None, "start of the path; the robot's pose by default")
-    planner_id = Input(str, "", "name of a file in planners/routes; chosen automatically if `GridBased` or empty")
-    path = Output(object, "path: poses, world frame, each 0.05 m; empty after a failure")
+    start: Annotated[PoseText, "start of the path; the robot's pose by default"] = None
+    planner_id: Annotated[str, "name of a file in planners/routes; chosen automatically if `GridBased` or empty"] = ""
+    path: Annotated[Output[Any], "path: poses, world frame, each 0.05 m; empty after a failure"]
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         if self.key("planner_id") is None and self.planner_id not in GENERIC:
@@ -106,9 +106,9 @@ def route_planners(mission: Any) -> dict[str, RoutePlanner]:
 class ComputePathToPose(Planning, Instant):
     """Computes a path from the robot to a goal; FAILURE with an error code if there is none."""
 
-    goal = PoseInput("{goal}", "goal")
-    use_start = Input(bool, True, "whether to use `start` if given")
-    viapoints = PosesInput(None, "poses that the path should pass; for a running Nav2 only")
+    goal: Annotated[PoseText, "goal"] = "{goal}"
+    use_start: Annotated[bool, "whether to use `start` if given"] = True
+    viapoints: Annotated[PosesText, "poses that the path should pass; for a running Nav2 only"] = None
 
     def update(self) -> Outcome:
         goal = self.goal
@@ -127,8 +127,8 @@ class ComputePathThroughPoses(Planning, Instant):
     """Computes a path from the robot through several goals to the last one; FAILURE if a part of it is missing."""
 
     base = 300
-    goals = PosesInput("{goals}", "goals in order")
-    last_reached_index = Output(int, "always -1, which means all goals: there are no partial paths here")
+    goals: Annotated[PosesText, "goals in order"] = "{goals}"
+    last_reached_index: Annotated[Output[int], "always -1, which means all goals: there are no partial paths here"]
 
     def update(self) -> Outcome:
         given = self.goals

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
-from ..trees.nodes import Input
+from ..trees.nodes import Syntax
 from ..trees.value import from_string
 from .path import pose_in
 
@@ -17,24 +17,6 @@ if TYPE_CHECKING:
 
 STAMPED = 9
 """Number of fields of a PoseStamped text: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
-
-
-class PoseInput(Input[Any]):
-    """Port that reads a pose: the name of a node in the world model, or the text of a PoseStamped."""
-
-    names_places = True
-
-    def __init__(self, default: Any, doc: str) -> None:
-        super().__init__(object, default, doc, parse=read_pose)
-
-
-class PosesInput(Input[Any]):
-    """Port that reads several poses: a list, or names of nodes in the world model separated by `;`."""
-
-    names_places = True
-
-    def __init__(self, default: Any, doc: str) -> None:
-        super().__init__(object, default, doc, parse=read_poses)
 
 
 def read_pose(text: str) -> str | Pose2:
@@ -65,6 +47,13 @@ def read_poses(text: str) -> list[str | Pose2]:
     if len(parts) % STAMPED == 0 and parts and parts[0].lstrip("-").isdigit():
         return [read_pose(";".join(parts[i : i + STAMPED])) for i in range(0, len(parts), STAMPED)]
     return list(parts)
+
+
+PoseText = Annotated[Any, Syntax(read_pose, names_places=True)]
+"""Port that reads a pose: the name of a node in the world model, or the text of a PoseStamped."""
+
+PosesText = Annotated[Any, Syntax(read_poses, names_places=True)]
+"""Port that reads several poses: a list, or names of nodes in the world model separated by `;`."""
 
 
 def robot_pose(mission: MissionContext) -> Pose2:

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ..base.geometry import Pose2
 from ..interfaces.action import Failure, Reason
 from ..knowledge import Roadmap
 from ..plan.context import mission_of
 from ..plan.route import RoadRoutePlanner
-from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Outcome, Output
+from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Instant, Outcome, Output
 from .planning import UNKNOWN, Planning
-from .poses import PoseInput, known, pose_of, robot_pose
+from .poses import PoseText, known, pose_of, robot_pose
 from .servers import Cancellable
 
 NO_VALID_GRAPH, INDETERMINANT_NODES, NO_VALID_ROUTE = 2, 3, 5
@@ -43,14 +43,14 @@ class _Routing(Planning):
     tf_error: ClassVar[int] = 1
     invalid_planner: ClassVar[int] = UNKNOWN
 
-    planner_id = Input(str, "dijkstra", "name of a route planner over roads in planners/routes; not a port of Nav2")
-    start = PoseInput(None, "start of the route if `use_poses` and `use_start`")
-    goal = PoseInput("{goal}", "goal if `use_poses`")
-    goal_id = PoseInput("", "name of the goal place if not `use_poses`")
-    start_id = PoseInput("", "name of the start place if not `use_poses`; the robot's position by default")
-    use_poses = Input(bool, False, "whether to use `start` and `goal` instead of `start_id` and `goal_id`")
-    use_start = Input(bool, False, "whether to use `start`; otherwise the route begins at the robot")
-    route = Output(object, "places and roads of the route; None after a failure")
+    planner_id: Annotated[str, "name of a route planner over roads in planners/routes; not a port of Nav2"] = "dijkstra"
+    start: Annotated[PoseText, "start of the route if `use_poses` and `use_start`"] = None
+    goal: Annotated[PoseText, "goal if `use_poses`"] = "{goal}"
+    goal_id: Annotated[PoseText, "name of the goal place if not `use_poses`"] = ""
+    start_id: Annotated[PoseText, "name of the start place if not `use_poses`; the robot's position by default"] = ""
+    use_poses: Annotated[bool, "whether to use `start` and `goal` instead of `start_id` and `goal_id`"] = False
+    use_start: Annotated[bool, "whether to use `start`; otherwise the route begins at the robot"] = False
+    route: Annotated[Output[Any], "places and roads of the route; None after a failure"]
 
     def compute(self) -> Outcome:
         """Compute the route, and write it with its path and the error code."""
@@ -99,7 +99,7 @@ class _Routing(Planning):
 class ComputeRoute(_Routing, Instant):
     """Computes a route over known roads with `planners/routes/dijkstra.py`."""
 
-    planning_time = Output(float, "always 0 s: planning takes no simulated time")
+    planning_time: Annotated[Output[float], "always 0 s: planning takes no simulated time"]
 
     def update(self) -> Outcome:
         self.planning_time = 0.0
@@ -116,12 +116,12 @@ class ComputeAndTrackRoute(_Routing, Cancellable):
     SUCCESS within 0.5 m of the last place. A changed goal or start gives a new route.
     """
 
-    execution_duration = Output(float, "time since the beginning [s]")
-    execution_time = Output(float, "same as `execution_duration`: name of the port in Kilted's palette")
-    last_node_id = Output(object, "name of the place that the robot has passed last")
-    next_node_id = Output(object, "name of the place to which the robot drives")
-    current_edge_id = Output(object, "names of these two places")
-    rerouted = Output(bool, "whether the route was computed again in this tick")
+    execution_duration: Annotated[Output[float], "time since the beginning [s]"]
+    execution_time: Annotated[Output[float], "same as `execution_duration`: name of the port in Kilted's palette"]
+    last_node_id: Annotated[Output[Any], "name of the place that the robot has passed last"]
+    next_node_id: Annotated[Output[Any], "name of the place to which the robot drives"]
+    current_edge_id: Annotated[Output[Any], "names of these two places"]
+    rerouted: Annotated[Output[bool], "whether the route was computed again in this tick"]
 
     def initialise(self) -> None:
         super().initialise()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from ..plan.context import MissionContext, mission_of
 from ..trees.nodes import SUCCESS, Instant, Leaf, Node, Outcome
@@ -40,7 +40,7 @@ def running(mission: MissionContext, tag: str) -> dict[int, Cancellable]:
 class _Cancel(Served, Instant):
     """Base of nodes that cancel the goals of another node's class."""
 
-    server: str = ""
+    server: ClassVar[str] = ""
 
     def update(self) -> Outcome:
         now = self.runtime.now()

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, SUCCESS, Input, Instant, Node, Outcome, Output
+from ..trees.nodes import FAILURE, SUCCESS, Direction, Instant, Node, Outcome, Port
 from .lenient import Lenient, Served, Serviced, error_messages
 from .planning import route_planners
-from .poses import PoseInput, PosesInput, known, pose_of, robot_pose
+from .poses import PosesText, PoseText, known, pose_of, robot_pose
 
 
 class Selector(Lenient, Instant):
@@ -20,7 +20,7 @@ class Selector(Lenient, Instant):
     what: ClassVar[str] = ""
     _kept = ""
 
-    topic_name = Input(str, "", "topic; for a running Nav2 only")
+    topic_name: Annotated[str, "topic; for a running Nav2 only"] = ""
 
     def selected(self) -> str:
         """Name that another program has selected; empty without one."""
@@ -40,14 +40,14 @@ class _WouldHelp(Lenient, Instant):
     kind = "Condition"
     helped: ClassVar[tuple[int, ...]] = ()
 
-    error_code = Input(int, None, "error code of the node that failed")
-    error_codes_to_check = Input(str, "", "port in Nav2's palette; for a running Nav2 only")
+    error_code: Annotated[int | None, "error code of the node that failed"] = None
+    error_codes_to_check: Annotated[str, "port in Nav2's palette; for a running Nav2 only"] = ""
 
     def update(self) -> Outcome:
         code = self.error_code
         if code in self.helped:
             return SUCCESS
-        what = " ".join(filter(None, (str(code), error_messages(mission_of(self)).get(code, ""))))
+        what = " ".join(filter(None, (str(code), error_messages(mission_of(self)).get(code or 0, ""))))
         self.feedback_message = f"no recovery helps after the error {what}" if code else "there is no error"
         return FAILURE
 
@@ -61,7 +61,7 @@ class _Clear(Serviced, Instant):
     around_pose: ClassVar[bool] = False
     outside: ClassVar[bool] = False
 
-    plugins = Input(object, None, "layers of the costmap; for a running Nav2 only")
+    plugins: Annotated[Any, "layers of the costmap; for a running Nav2 only"] = None
 
     def update(self) -> Outcome:
         mission = mission_of(self)
@@ -104,12 +104,12 @@ class Battery(_WithoutRos):
 
     kind = "Condition"
     why = "whether the battery is charging is not known here, as if no message had arrived"
-    battery_topic = Input(str, "/battery_status", "topic; for a running Nav2 only")
+    battery_topic: Annotated[str, "topic; for a running Nav2 only"] = "/battery_status"
 
 
 class _BatteryLow(Battery):
-    min_battery = Input(float, 0.0, "threshold: charge from 0 to 1")
-    is_voltage = Input(bool, False, "whether the threshold is a voltage; for a running Nav2 only")
+    min_battery: Annotated[float, "threshold: charge from 0 to 1"] = 0.0
+    is_voltage: Annotated[bool, "whether the threshold is a voltage; for a running Nav2 only"] = False
     why = "the robot has no signal `battery`, as if no message had arrived"
 
     def update(self) -> Outcome:
@@ -122,7 +122,7 @@ class _BatteryLow(Battery):
         return SUCCESS if charge <= self.min_battery else FAILURE
 
 
-_RESET = {"reset_distance": Input(float, 1.0, "diameter of the region [m]; in Nav2 the side of a square")}
+_RESET = {"reset_distance": Port.of(float, "diameter of the region [m]; in Nav2 the side of a square", default=1.0)}
 _SELECTED: Final = ("Planner", "Controller", "Smoother", "GoalChecker", "ProgressChecker", "PathHandler")
 _HELPED: Final[Mapping[str, tuple[str, tuple[int, ...]]]] = {
     "Planner": ("ComputePathToPose or ComputePathThroughPoses", (200, 207, 208, 300, 307, 308)),
@@ -139,24 +139,24 @@ _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
     "ClearCostmapAroundRobot": ("Forgets obstacles of the robot's map around the robot.", _RESET),
     "ClearCostmapAroundPose": (
         "Forgets obstacles of the robot's map around a pose.",
-        {**_RESET, "pose": PoseInput(None, "centre of the region"), "around_pose": True},
+        {**_RESET, "pose": Port.of(PoseText, "centre of the region", default=None), "around_pose": True},
     ),
 }
-_TREE = {"behavior_tree": Input(str, "", "file of a behaviour tree; for a running Nav2 only")}
+_TREE = {"behavior_tree": Port.of(str, "file of a behaviour tree; for a running Nav2 only", default="")}
 _UNDOCK = {
-    "dock_type": Input(str, "", "plugin; for a running Nav2 only"),
-    "max_undocking_time": Input(float, 30.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
-    "success": Output(bool, "for a running Nav2 only"),
+    "dock_type": Port.of(str, "plugin; for a running Nav2 only", default=""),
+    "max_undocking_time": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=30.0),
+    "success": Port.of(bool, "for a running Nav2 only", Direction.OUTPUT),
 }
 _DOCK = {
-    "use_dock_id": Input(bool, True, "whether the dock is given by its name, not its pose; for a running Nav2 only"),
-    "dock_id": Input(str, "", "name of the dock; for a running Nav2 only"),
-    "dock_pose": PoseInput(None, "pose of the dock; for a running Nav2 only"),
-    "dock_type": Input(str, "", "plugin; for a running Nav2 only"),
-    "max_staging_time": Input(float, 1000.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
-    "navigate_to_staging_pose": Input(bool, True, "whether to drive to the staging pose; for a running Nav2 only"),
-    "success": Output(bool, "for a running Nav2 only"),
-    "num_retries": Output(int, "for a running Nav2 only"),
+    "use_dock_id": Port.of(bool, "whether a name, not a pose, gives the dock; for a running Nav2 only", default=True),
+    "dock_id": Port.of(str, "name of the dock; for a running Nav2 only", default=""),
+    "dock_pose": Port.of(PoseText, "pose of the dock; for a running Nav2 only", default=None),
+    "dock_type": Port.of(str, "plugin; for a running Nav2 only", default=""),
+    "max_staging_time": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=1000.0),
+    "navigate_to_staging_pose": Port.of(bool, "whether to drive there first; for a running Nav2 only", default=True),
+    "success": Port.of(bool, "for a running Nav2 only", Direction.OUTPUT),
+    "num_retries": Port.of(int, "for a running Nav2 only", Direction.OUTPUT),
 }
 _LOW: Final = "SUCCESS if the signal `battery` is at most `min_battery`; FAILURE without the signal, or for a voltage."
 _LACKS: Final = "there is no {} without ROS; use ComputePathToPose and FollowPath"
@@ -166,15 +166,20 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         _NoService,
         0,
         "the robot's reflexes stay on, whatever the value of `enable`",
-        {"enable": Input(bool, True, "whether Nav2's collision monitor is on; for a running Nav2 only")},
+        {"enable": Port.of(bool, "whether Nav2's collision monitor is on; for a running Nav2 only", default=True)},
     ),
     "IsBatteryCharging": (Battery, 0, Battery.why, {}),
-    "NavigateToPose": (_NoServer, 9001, _LACKS.format("navigator"), {"goal": PoseInput("{goal}", "goal"), **_TREE}),
+    "NavigateToPose": (
+        _NoServer,
+        9001,
+        _LACKS.format("navigator"),
+        {"goal": Port.of(PoseText, "goal", default="{goal}"), **_TREE},
+    ),
     "NavigateThroughPoses": (
         _NoServer,
         9101,
         _LACKS.format("navigator"),
-        {"goals": PosesInput("{goals}", "goals"), **_TREE},
+        {"goals": Port.of(PosesText, "goals", default="{goals}"), **_TREE},
     ),
     "DockRobot": (_NoServer, 999, _LACKS.format("docking server"), _DOCK),
     "UndockRobot": (_NoServer, 999, _LACKS.format("docking server"), _UNDOCK),
@@ -183,10 +188,10 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         902,
         "no object is detected: there is no topic with its pose here; use FollowRobot",
         {
-            "pose_topic": Input(str, "dynamic_pose", "topic; for a running Nav2 only"),
-            "max_duration": Input(float, 0.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
-            "tracked_frame": Input(str, "", "frame; for a running Nav2 only"),
-            "total_elapsed_time": Output(float, "for a running Nav2 only"),
+            "pose_topic": Port.of(str, "topic; for a running Nav2 only", default="dynamic_pose"),
+            "max_duration": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=0.0),
+            "tracked_frame": Port.of(str, "frame; for a running Nav2 only", default=""),
+            "total_elapsed_time": Port.of(float, "for a running Nav2 only", Direction.OUTPUT),
         },
     ),
 }
@@ -197,8 +202,8 @@ def table_nodes() -> Iterator[type[Node]]:
     for camel in _SELECTED:
         what = re.sub(r"(?<=.)([A-Z])", r"_\1", camel).lower()
         ports: Mapping[str, Any] = {
-            f"default_{what}": Input(str, "", f"name of the {what.replace('_', ' ')}"),
-            f"selected_{what}": Output(str, "the same"),
+            f"default_{what}": Port.of(str, f"name of the {what.replace('_', ' ')}", default=""),
+            f"selected_{what}": Port.of(str, "the same", Direction.OUTPUT),
             "what": what,
         }
         yield made_node(f"{camel}Selector", Selector, f"Writes `default_{what}` to `selected_{what}`.", ports)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar
 
 from py_trees.common import Status
 
 from ..base.errors import Fault
-from ..declare import Field, read_value
+from ..base.units import NONE
+from ..declare import Field
 from ..interfaces.action import Action, make_action, misfits_of, parameters_of
-from ..trees.nodes import REQUIRED, Input, Leaf
+from ..trees.nodes import Leaf, Port
 from .act import MAX_PREEMPTIONS, Act
 from .context import MissionContext, mission_of
 
@@ -28,7 +29,7 @@ class ActionNode(Act):
     """
 
     action: ClassVar[str] = ""
-    max_preemptions = Input(int, MAX_PREEMPTIONS, "maximum number of reflexes without progress")
+    max_preemptions: Annotated[int, "maximum number of reflexes without progress"] = MAX_PREEMPTIONS
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         Leaf.__init__(self, name, **attributes)
@@ -79,22 +80,11 @@ def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
 
 
 def _node(name: str, action: type[Action]) -> type[ActionNode]:
-    ports = {each.name: _port(each) for each in parameters_of(action).values() if each.is_plain}
+    ports = {each.name: Port(_in_files(each)) for each in parameters_of(action).values() if each.is_plain}
     members: dict[str, Any] = {"action": name, "tag": name, "__doc__": action.__doc__, "__module__": action.__module__}
     return type(name, (ActionNode,), {**ports, **members})
 
 
-def _port(each: Field) -> Input[Any]:
-    default = REQUIRED if each.required else each.default
-    if each.dimension is None:
-        return Input(str if each.options else each.hint, default)
-    kind = object if each.many or each.parts else float
-    return Input[Any](kind, default, dimension=each.dimension, parse=partial(_parsed, each))
-
-
-def _parsed(each: Field, text: str) -> Any:
-    """Parse the text of a port: a quantity, or quantities separated by `;`, or points `x,y` separated by `;`."""
-    values: list[Any] = [part.strip() for part in text.split(";")] if each.many else [text]
-    if each.parts:
-        values = [[x.strip() for x in value.split(",")] for value in values]
-    return read_value(each, values if each.many else values[0])
+def _in_files(each: Field) -> Field:
+    """The parameter as a port: its numbers are quantities, also those without a unit, such as `50 %`."""
+    return replace(each, marks=(NONE, *each.marks)) if each.dimension == NONE else each

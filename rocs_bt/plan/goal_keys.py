@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from ..base.errors import InputError
-from ..trees.nodes import CONDITIONS, Code, Direction, Node, pointed
+from ..trees.nodes import CONDITIONS, Direction, Node, pointed
 from ..trees.script import parse_script
 from ..trees.xml.document import Document
 from ..trees.xml.element import Element, below
@@ -71,7 +71,7 @@ def _node_uses(element: Element, node: type[Node] | None) -> Iterator[Use]:
     written = []
     for name, value in given.items():
         port, key = ports.get(name), pointed(value, name)
-        if name in CONDITIONS or (isinstance(port, Code) and key is None):
+        if name in CONDITIONS or (port is not None and port.is_code and key is None):
             written += _assigned(value)
         elif node is not None and node.tag == "SetBlackboard" and name == "output_key":
             written.append(key or value)

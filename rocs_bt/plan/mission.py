@@ -12,7 +12,8 @@ from py_trees.behaviour import Behaviour
 from ..actions.heading import looked_at
 from ..base.errors import Fault, InputError, unknown
 from ..base.raised import CodeLocation, called_at
-from ..base.units import NOT_NEGATIVE, TIME, Dimension, convert
+from ..base.units import NONE, NOT_NEGATIVE, TIME, convert
+from ..declare import Field, read_fields
 from ..interfaces.action import make_action, parameters_of, refuse_misfits
 from ..knowledge import WorldModel
 from ..trees.nodes import Node, Registry, SubTree
@@ -218,18 +219,9 @@ class Mission(MissionContext):
 
     def _in_si(self, action: str, parameters: Mapping[str, Any]) -> dict[str, Any]:
         declared = parameters_of(self.actions[action]) if action in self.actions else {}
-        given, faults = dict(parameters), list[Fault]()
-        for name, value in parameters.items():
-            dimension = declared[name].dimension if name in declared else None
-            if dimension is None:
-                continue
-            try:
-                given[name] = _converted(value, dimension, f"{name} of {action}")
-            except InputError as error:
-                faults.extend(error.faults)
-        if faults:
-            raise InputError(*faults)
-        return given
+        numbers = [replace(e, key=f"{n} of {action}") for n, e in declared.items() if e.dimension is not None]
+        texts = {e.key: _in_file(e, parameters[e.name]) for e in numbers if _has_text(parameters.get(e.name))}
+        return {**parameters, **read_fields(numbers, texts, f"the action {action}")}
 
     def _check_goal(self, action: str, goal: str) -> None:
         later = None if self.check_options is None else self.check_options.later
@@ -262,10 +254,14 @@ class Mission(MissionContext):
         self.faults.extend(fault.at(*self.passed.get(about, at)) for fault in faults)
 
 
-def _converted(value: Any, dimension: Dimension, what: str) -> Any:
-    """Convert a quantity, or all quantities in a list, to numbers in SI units."""
-    if isinstance(value, str):
-        return convert(value, dimension, what)
+def _has_text(value: Any) -> bool:
+    """Whether a value is a quantity as text, or a list with one."""
+    return isinstance(value, str) or (isinstance(value, (list, tuple)) and any(map(_has_text, value)))
+
+
+def _in_file(each: Field, value: Any) -> Any:
+    """Quantities as a file has them; numbers beside them in a list are in SI units."""
     if isinstance(value, (list, tuple)):
-        return [_converted(part, dimension, what) for part in value]
-    return value
+        return [_in_file(each, part) for part in value]
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return f"{value!r} {each.dimension}" if is_number and each.dimension != NONE else value

@@ -86,7 +86,7 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
         for node in tree.nodes
         if isinstance(node, Node) and not isinstance(node, (Act, SubTree))
         for name, value in node.given.items()
-        if isinstance(value, str) and not getattr(node.ports.get(name), "names_places", False)
+        if isinstance(value, str) and not (name in node.ports and node.ports[name].names_places)
     }  # names of places that a node such as PlaceGoal may add
     parameters: set[str] = set()  # one fault per parameter, even if several nodes read it
     for node, port in _pose_ports(tree):
@@ -107,7 +107,7 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
                 yield replace(at, warning=fault.warning)
 
 
-def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
+def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port]]:
     for node in tree.nodes:
         for port in node.ports.values() if isinstance(node, Node) else ():
             goal = isinstance(node, ActionNode) and port.name in ("goal", "heading") and port.kind is str
@@ -115,14 +115,14 @@ def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
                 yield cast("Node", node), port
 
 
-def _initial(node: Node, port: Port[Any], flow: Flow) -> str | None:
+def _initial(node: Node, port: Port, flow: Flow) -> str | None:
     """Text that a port reads in the first tick; None if there is no text, or if a node may change it before."""
     value = initial_value(node, port, flow)
     return value if isinstance(value, str) and value else None
 
 
 def _pose_faults(
-    node: Node, port: Port[Any], text: str, knowledge: Knowledge, later: Collection[str] | None
+    node: Node, port: Port, text: str, knowledge: Knowledge, later: Collection[str] | None
 ) -> Iterator[Fault]:
     try:
         found = port.value(text)

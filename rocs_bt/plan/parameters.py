@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_type_hints
 
 from ..base.errors import Fault, InputError
-from ..declare import Field, keyword_fields, read_arguments
+from ..declare import MISSING, Field, read_arguments
 from ..interfaces.action import Action
 
 _FORM = "Write: def build(mission: Mission, *, ...)."
@@ -20,10 +20,30 @@ def mission_parameters(build: Callable[..., Any]) -> dict[str, Field]:
     Raises:
         InputError: `build` does not have this form; the error lists all deviations.
     """
-    found, more = keyword_fields(build, ("mission",), "build", _FORM)
-    if more:
-        raise InputError(Fault("build accepts any keyword, so scenarios cannot be checked.", hint=_FORM))
-    return found
+    if (known := getattr(build, "parameters", None)) is not None:
+        return dict(known)
+    try:
+        given = inspect.signature(build).parameters.values()
+        hints = get_type_hints(build, include_extras=True)
+    except (TypeError, NameError, AttributeError, SyntaxError) as error:
+        raise InputError(Fault(f"the parameters of build cannot be read: {error}.")) from error
+    by_position = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    by_name = [p for p in given if p.kind is p.KEYWORD_ONLY]
+    faults = []
+    if not by_position and not any(p.kind is p.VAR_POSITIONAL for p in given):
+        faults.append(Fault("build takes no mission.", hint=_FORM))
+    for parameter in by_position[1:]:
+        hint = f"Write a '*' before it: parameters are passed by name. {_FORM}"
+        faults.append(Fault(f"parameter '{parameter.name}' of build is not keyword-only.", hint=hint))
+    for parameter in (p for p in by_name if p.name not in hints):
+        hint = "Write for example 'cruise: MetresPerSecond = 0.5'."
+        faults.append(Fault(f"parameter '{parameter.name}' of build has no type.", hint=hint))
+    if any(p.kind is p.VAR_KEYWORD for p in given):
+        faults.append(Fault("build accepts any keyword, so scenarios cannot be checked.", hint=_FORM))
+    if faults:
+        raise InputError(*faults)
+    defaults = {p.name: MISSING if p.default is p.empty else p.default for p in by_name}
+    return {name: Field.annotated(name, hints[name], default, object) for name, default in defaults.items()}
 
 
 def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist2, Twist3
 from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
-from ..declare import constructor_fields
+from ..declare import class_fields
 from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
 from .mission import Mission
@@ -72,7 +72,7 @@ class Observation:
 class PythonPlanner(Protocol):
     """Interface of a planner that is no behaviour tree.
 
-    The parameters of its constructor are keyword-only and annotated, as those of a mission.
+    Its annotations are its parameters, and its constructor takes them by keyword.
 
         @dataclass(kw_only=True)
         class Straight:
@@ -206,6 +206,6 @@ def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
     def build(mission: Mission, **parameters: Any) -> PythonPlan:
         return PythonPlan(cls(**parameters), mission)
 
-    vars(build)["parameters"] = constructor_fields(cls, ())
+    vars(build)["parameters"] = class_fields(cls)
     build.__module__, build.__doc__ = cls.__module__, cls.__doc__
     return build

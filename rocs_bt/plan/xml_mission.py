@@ -11,9 +11,9 @@ from py_trees.behaviour import Behaviour
 
 from ..base.errors import Fault, InputError, unknown
 from ..base.units import NONE
-from ..declare import MISSING, Field, read_value
+from ..declare import MISSING, Field
 from ..interfaces.vocabulary import vocabulary_of
-from ..trees.nodes import Direction, Node, Registry, SubTree, pointer
+from ..trees.nodes import Direction, Node, Port, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
@@ -263,8 +263,7 @@ def port_value(port: ModelPort, text: str) -> Any:
     Raises:
         InputError: The text does not have the declared type.
     """
-    each = _field(port)
-    return read_value(each, _typed(each, text))
+    return Port.of(annotation(port), name=port.name).value(text)
 
 
 def defaults_of(document: Document, main: str) -> dict[str, Any]:
@@ -282,7 +281,7 @@ def _parameters(document: Document, main: str) -> dict[str, Field]:
             continue
         try:
             default = MISSING if port.default is None else port_value(port, port.default)
-            found[port.name] = _field(port, default)
+            found[port.name] = Field.annotated(port.name, annotation(port), default, _Build)
         except InputError as error:
             faults += (port.element.fault(f.message, f.hint, attribute="default") for f in error.faults)
     for name, text in document.trees[main].defaults.items():
@@ -292,7 +291,3 @@ def _parameters(document: Document, main: str) -> dict[str, Field]:
     if faults:
         raise InputError(*faults)
     return dict(sorted(found.items(), key=lambda item: not item[1].required))
-
-
-def _field(port: ModelPort, default: Any = MISSING) -> Field:
-    return Field.annotated(port.name, annotation(port), default, _Build)

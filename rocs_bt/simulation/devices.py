@@ -16,8 +16,8 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.registered_devices import registered_devices
-from ..declare import constructor_fields, read_arguments, read_values
-from ..devices.host import Host
+from ..declare import class_fields, read_arguments, read_values
+from ..devices.host import Host, constructed
 from ..devices.isolated import DeviceMaker, IsolatedActuator
 from ..devices.simulated import SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
@@ -61,7 +61,7 @@ def simulated_device(
 def hardware_driver(
     catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
 ) -> tuple[type[Any], Mapping[str, Any]]:
-    """Class of a user's device on hardware, and its keyword arguments, SI units.
+    """Class of a user's device on hardware, and the values of its keys, SI units.
 
     Raises:
         InputError: The driver is for simulation only, or the class does not load, extends neither Sensor nor Actuator,
@@ -80,9 +80,7 @@ def hardware_driver(
         if not issubclass(cls, kind):
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
-        with running_class(cls):
-            declared = constructor_fields(cls, ("name", "host"))
-        return cls, read_arguments(declared, device.arguments, f"the driver {cls.__name__} of '{device.name}'")
+        return cls, read_arguments(class_fields(cls), device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 
 def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
@@ -122,7 +120,7 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
             return other.actuator(robot, device, False)(host)
     cls, arguments = hardware_driver(catalog, robot, device)
     with located_at(robot.file, device.line), running_class(cls, DeviceError):
-        return cls(device.name, host, **arguments)
+        return constructed(cls, device.name, host, arguments)
 
 
 def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, host: Host) -> IsolatedActuator:

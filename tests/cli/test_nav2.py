@@ -219,8 +219,8 @@ def test_own_nodes_and_actions_with_names_of_nav2_stay_what_they_are(rocs_bt, pr
     folder = project(nodes="rocs", parameters="")
     (folder / "planners/nodes").mkdir()
     (folder / "planners/nodes/spin.py").write_text(
-        "from rocs_bt.trees.nodes import SUCCESS, Input, Instant\n\n\nclass Spin(Instant):\n"
-        '    """Own node."""\n\n    turns = Input(int, 1, "turns")\n\n    def update(self):\n        return SUCCESS\n'
+        "from rocs_bt.trees.nodes import SUCCESS, Instant\n\n\nclass Spin(Instant):\n"
+        '    """Own node."""\n\n    turns: int = 1\n\n    def update(self):\n        return SUCCESS\n'
     )
     mission = folder / "planners/missions/navigation.xml"
     mission.write_text(

@@ -349,9 +349,11 @@ class Line:
 
 
 class Wheels(Actuator):
-    def __init__(self, name, host, *, folder: str):
+    folder: str
+
+    def __init__(self, name, host):
         super().__init__(name, 2)
-        self.line = host.share("line", lambda: Line(folder))
+        self.line = host.share("line", lambda: Line(self.folder))
 
     def command(self, values):
         pass

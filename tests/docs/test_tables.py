@@ -4,7 +4,8 @@ import inspect
 
 import pytest
 
-from docs.tables import PAGES, PLANNER_CLASSES, ROOT, entries
+from docs.tables import PAGES, PLANNER_CLASSES, ROOT
+from rocs_bt.declare import docs_of
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page != "docs/bodies.md"])  # which takes 20 min
@@ -15,4 +16,4 @@ def test_the_page_is_up_to_date(page):
 
 @pytest.mark.parametrize("cls", PLANNER_CLASSES)
 def test_every_attribute_of_what_a_planner_gets_is_explained(cls):
-    assert inspect.get_annotations(cls).keys() <= entries(cls).keys()
+    assert inspect.get_annotations(cls).keys() <= docs_of(cls).keys()

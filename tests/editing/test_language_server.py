@@ -183,7 +183,7 @@ def test_a_python_file_that_was_saved_counts_at_once_and_a_slow_check_holds_up_n
     text = MISSION % '<Shine colour="red"/>'
     client.open(mission, text)
     assert [f for f in client.faults(mission) if f["severity"] == 1] == []
-    node.write_text(NODE.replace("colour = Input", "shades = Input"))
+    node.write_text(NODE.replace("    colour:", "    shades:"))
     client.type(mission, text + " ")
     assert any("colour" in f["message"] for f in client.faults(mission))
     node.write_text("import time\ntime.sleep(600)\n")

@@ -22,13 +22,14 @@ def build(mission, *, goal: str = "goal"):
 STEPS = """def leaf(mission, goal):
     return mission.act("GoTo", goal=goal)
 """
-NODE = """from rocs_bt.trees.nodes import SUCCESS, Input, Instant
+NODE = """from typing import Annotated
+from rocs_bt.trees.nodes import SUCCESS, Instant
 
 
 class Shine(Instant):
     \"\"\"Shines.\"\"\"
 
-    colour = Input(str, "red", "colour")
+    colour: Annotated[str, "colour"] = "red"
 
     def update(self):
         return SUCCESS
@@ -78,7 +79,7 @@ def edit(file, old, new):
         ("missions/own.py", "return leaf", "return 1/0#", "division"),
         ("missions/steps.py", '"GoTo"', '"GoTi"', "'GoTi'"),
         ("missions/steps.py", "def leaf", "def lead", "leaf"),
-        ("nodes/shine.py", "    colour = Input", "    shades = Input", "'colour'"),
+        ("nodes/shine.py", "    colour:", "    shades:", "'colour'"),
     ],
 )
 def test_a_changed_python_file_is_seen_at_once_and_so_is_its_correction(worker, project, file, old, new, message):
@@ -105,7 +106,7 @@ def test_a_changed_node_is_completed(worker, project):
         return {item.label for item in worker.ask("complete", complete, path, text, at)}
 
     assert "colour" in ports()
-    edit(project / "planners" / "nodes" / "shine.py", "    colour = Input", "    shades = Input")
+    edit(project / "planners" / "nodes" / "shine.py", "    colour:", "    shades:")
     assert "shades" in ports()
     assert "colour" not in ports()
 

@@ -24,8 +24,8 @@ BUTTON = '''
 class Encoders(UdpSensor):
     """Encoders of a controller that also sends its emergency stop button, and a second button for go."""
 
-    def __init__(self, name, host, *, address: str):
-        super().__init__(name, host, address=address)
+    def __init__(self, name, host):
+        super().__init__(name, host)
         self._host = host
 
     def read(self):

@@ -2,6 +2,7 @@
 
 import math
 from asyncio import CancelledError
+from dataclasses import dataclass
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -93,11 +94,11 @@ class Router(StockLeaf):
         return Status.RUNNING
 
 
+@dataclass
 class Straight:
     """A planner that is no tree."""
 
-    def __init__(self, *, times: Times):
-        self.times = times
+    times: Times
 
     def reset(self, task, rng):
         pass

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.trees.btlog import BtLog
-from rocs_bt.trees.nodes import BUILTIN, Input, Leaf
+from rocs_bt.trees.nodes import BUILTIN, Leaf
 from rocs_bt.trees.xml import load_xml
 
 from .. import needs
@@ -23,7 +23,7 @@ STATUSES = {"R": Status.RUNNING, "S": Status.SUCCESS, "F": Status.FAILURE}
 class Scripted(Leaf):
     """Comes to R, S or F, tick by tick."""
 
-    does = Input(str, default="S")
+    does: str = "S"
     count = 0
 
     def update(self):

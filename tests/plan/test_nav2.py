@@ -12,7 +12,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.nav2.motion import PATH_END, TrackingFeedback, track
 from rocs_bt.nav2.nodes import NAV2
 from rocs_bt.nav2.path import length
-from rocs_bt.trees.nodes import Input, Instant, Tree
+from rocs_bt.trees.nodes import Instant, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml
 
@@ -20,7 +20,7 @@ from rocs_bt.trees.xml import load_xml
 class Tally(Instant):
     """Counts its ticks in the key `n`."""
 
-    outcome = Input(str, "SUCCESS")
+    outcome: str = "SUCCESS"
 
     def update(self):
         self.board["n"] = self.board["n"] + 1

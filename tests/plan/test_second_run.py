@@ -15,9 +15,9 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.plan import TreePlan, mission_nodes
 from rocs_bt.plan.act import Act
 from rocs_bt.plan.dialects import shipped_nodes
-from rocs_bt.ros2.nodes import NAV2_SERVERS, ROS_NODES, FieldInputs, FieldOutputs
+from rocs_bt.ros2.nodes import NAV2_SERVERS, ROS_NODES
 from rocs_bt.ros2.ros_link import GoalState
-from rocs_bt.trees.nodes import BUILTIN, REQUIRED, Direction, Leaf
+from rocs_bt.trees.nodes import BUILTIN, Direction, Leaf
 from rocs_bt.trees.status import RUNNING, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml
 
@@ -128,7 +128,7 @@ class Stage:
         """Make a new node."""
         self.mission.board.update(values)
         ports = self.node.ports
-        given = {n: LITERALS[n] for n, p in ports.items() if n not in values and p.default is REQUIRED}
+        given = {n: LITERALS[n] for n, p in ports.items() if n not in values and p.required}
         given |= {n: f"{{{n}}}" for n in {*values, *(n for n, p in ports.items() if p.direction is Direction.OUTPUT)}}
         if "type" in given:
             given["type"] = next(t for name, t in TYPES.items() if name in ports)
@@ -180,7 +180,7 @@ def cases():
 
 
 def values_of(node, run):
-    ports = {n: p for n, p in node.ports.items() if n in VALUES and not isinstance(p, (FieldInputs, FieldOutputs))}
+    ports = {n: p for n, p in node.ports.items() if n in VALUES and (p.syntax is None or p.syntax.keys is None)}
     inputs = {n: p for n, p in ports.items() if p.direction is not Direction.OUTPUT and (node.tag, n) not in OMITTED}
     found = {
         n: run % 2 if p.kind is int and isinstance(VALUES[n][0], str) else VALUES[n][run % 2] for n, p in inputs.items()

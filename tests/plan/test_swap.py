@@ -12,7 +12,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NodeTicked, SubtreeSwapped, TicketChanged
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.error import TreeError
-from rocs_bt.trees.nodes import BUILTIN, Changes, Input, Leaf, Output, SubTree, Tree
+from rocs_bt.trees.nodes import BUILTIN, Changes, Leaf, Output, SubTree, Tree
 
 Sequence, Parallel = BUILTIN["Sequence"], BUILTIN["Parallel"]
 
@@ -42,8 +42,8 @@ class Told(Leaf):
 class Whole(Told):
     """Reads a whole number, and writes it on."""
 
-    number = Input(int, default=None)
-    said = Output(int)
+    number: int | None = None
+    said: Output[int]
 
     def update(self):
         self.said = self.number
@@ -53,7 +53,7 @@ class Whole(Told):
 class Word(Told):
     """Reads a list."""
 
-    number = Input(list[float], default=None)
+    number: list[float] | None = None
 
 
 def test_the_old_one_is_halted_once_and_the_others_notice_nothing():

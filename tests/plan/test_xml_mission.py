@@ -85,11 +85,11 @@ def errand(mission, *, goal: str, cruise: PositiveMetresPerSecond = 0.5, rounds:
 
 
 NODE = '''"""A node of one's own."""
-from rocs_bt.trees.nodes import Input, Instant, SUCCESS
+from rocs_bt.trees.nodes import Instant, SUCCESS
 
 class Greet(Instant):
     """Greets."""
-    whom = Input(str)
+    whom: str
     def update(self):
         return SUCCESS
 '''

@@ -2,15 +2,16 @@
 
 import xml.etree.ElementTree as Et
 from enum import Enum
+from typing import Annotated, Any
 
 import py_trees
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.actions import action_table
-from rocs_bt.base.units import SPEED
+from rocs_bt.base.units import MetresPerSecond
 from rocs_bt.plan import mission_nodes
-from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, Output, SubTree
+from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Leaf, Node, Output, SubTree
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
 
@@ -163,11 +164,11 @@ class Colour(Enum):
 class Own(Leaf):
     """A node with all kinds of ports."""
 
-    speed = Input(float, 0.5, "how fast", dimension=SPEED)
-    many = Input(list[float], doc="<numbers> & more")
-    colour = Input(Colour, Colour.RED)
-    anything = InOut(object, None)
-    said = Output(str, "what it said")
+    speed: Annotated[MetresPerSecond, "how fast"] = 0.5
+    many: Annotated[list[float], "<numbers> & more"]
+    colour: Colour = Colour.RED
+    anything: InOut[Any] = None
+    said: Annotated[Output[str], "what it said"]
 
     def update(self):
         return SUCCESS

@@ -224,7 +224,7 @@ name = "R2"
 mission = "work"
 """
 
-WORD = """from rocs_bt.trees.nodes import SUCCESS, Input, Instant
+WORD = """from rocs_bt.trees.nodes import SUCCESS, Instant
 
 class Put(Instant):
     def update(self):
@@ -232,7 +232,7 @@ class Put(Instant):
         return SUCCESS
 
 class Word(Instant):
-    number = Input(int)
+    number: int
 
     def update(self):
         return SUCCESS

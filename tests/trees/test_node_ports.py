@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.trees.nodes import BUILTIN, InOut, Input, Instant, Leaf, Output, Tree
+from rocs_bt.trees.nodes import BUILTIN, InOut, Instant, Leaf, Output, Syntax, Tree
 from rocs_bt.trees.status import SUCCESS, outcome_name
 from rocs_bt.trees.xml import read_document, verify
 
@@ -13,10 +15,10 @@ from rocs_bt.trees.xml import read_document, verify
 class Greet(Instant):
     """Says hello."""
 
-    who = Input(str, doc="who is greeted")
-    times = Input(int, 1)
-    said = Output(str)
-    count = InOut(int, 0)
+    who: Annotated[str, "who is greeted"]
+    times: int = 1
+    said: Output[str]
+    count: InOut[int] = 0
 
     def update(self):
         self.said = f"hello {self.who}" * self.times
@@ -40,7 +42,7 @@ class TestPorts:
     @pytest.mark.parametrize(("text", "error"), [("x y", "ValueError: "), ("1" * 9, "ZeroDivisionError: ")])
     def test_an_exception_of_a_ports_parser_is_a_fault_of_the_text(self, text, error):
         class Custom(Leaf):
-            size = Input(float, parse=lambda text: 1 / (len(text) - 9) / int(text))
+            size: Annotated[float, Syntax(lambda text: 1 / (len(text) - 9) / int(text))]
 
         document = read_document(
             f'<root BTCPP_format="4">\n<BehaviorTree ID="Main">\n<Custom size="{text}"/></BehaviorTree></root>'
@@ -55,19 +57,19 @@ class TestPorts:
 
     @pytest.mark.parametrize("taken", ["status", "key", "board", "children"])
     def test_a_port_cannot_hide_what_every_node_has(self, taken):
-        with pytest.raises(InputError, match=rf'Write: {taken}_ = Input\(..., name="{taken}"\)'):
-            type("Bad", (Leaf,), {taken: Input(str)})
+        with pytest.raises(InputError, match=f"Write '{taken}_', which is the port '{taken}' in files"):
+            type("Bad", (Leaf,), {"__annotations__": {taken: str}})
 
     def test_one_key_cannot_have_two_types(self):
         class Other(Greet):
-            level = Input(float)
+            level: float
 
         root = BUILTIN.make("Sequence", "s", [Greet("g", who="a", times="{x}"), Other("o", who="a", level="{x}")], {})
         with pytest.raises(InputError, match="the key 'x' is of type int, not float"):
             Tree(root)
 
     def test_a_class_inherits_the_ports_of_its_base(self):
-        assert list(type("More", (Greet,), {"extra": Input(int, 0)}).ports) == [
+        assert list(type("More", (Greet,), {"__annotations__": {"extra": int}, "extra": 0}).ports) == [
             "who",
             "times",
             "said",

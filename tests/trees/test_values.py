@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy
@@ -13,9 +14,9 @@ from hypothesis import strategies as st
 from py_trees.common import Status
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.base.units import LENGTH
+from rocs_bt.base.units import Metres
 from rocs_bt.trees.board import Board
-from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Output, Tree
+from rocs_bt.trees.nodes import BUILTIN, Instant, Output, Tree
 from rocs_bt.trees.status import SUCCESS, outcome_name
 from rocs_bt.trees.value import converted
 from rocs_bt.trees.xml import load_xml
@@ -33,33 +34,33 @@ class Colour(enum.Enum):
 
 ENUMS = {member.name: member.value for member in Colour}
 TYPES = {
-    "bool": Input(bool),
-    "int": Input(int),
-    "float": Input(float),
-    "str": Input(str),
-    "Status": Input(Status),
-    "Colour": Input(Colour),
-    "list[int]": Input(list[int]),
-    "length": Input(float, dimension=LENGTH),
+    "bool": bool,
+    "int": int,
+    "float": float,
+    "str": str,
+    "Status": Status,
+    "Colour": Colour,
+    "list[int]": list[int],
+    "length": Metres,
 }
 
 
 def probe(kind: str, default=None):
     """A class that keeps what its port reads."""
-    port = Input(TYPES[kind].kind, dimension=TYPES[kind].dimension, **({} if default is None else {"default": default}))
 
     def update(self):
         self.seen.append(self.p)
         return SUCCESS
 
-    return type("Probe", (Instant,), {"p": port, "update": update, "seen": []})
+    given = {} if default is None else {"p": default}
+    return type("Probe", (Instant,), {"__annotations__": {"p": TYPES[kind]}, "update": update, "seen": [], **given})
 
 
 class Give(Instant):
     """Writes a Python value to a key."""
 
-    out = Output(object)
-    values: tuple = ()
+    out: Output[Any]
+    values = ()
 
     def update(self):
         self.out = self.values[0]

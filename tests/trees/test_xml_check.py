@@ -10,7 +10,7 @@ from py_trees.common import Status
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.trees.examine import blocking_faults, examine
-from rocs_bt.trees.nodes import BUILTIN, Input, Leaf, Output, Tree
+from rocs_bt.trees.nodes import BUILTIN, Leaf, Output, Tree
 from rocs_bt.trees.script import compiler
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, make_nodes, read_document, verify
@@ -19,9 +19,9 @@ from rocs_bt.trees.xml import load_xml, make_nodes, read_document, verify
 class Drive(Leaf):
     """Drives."""
 
-    goal = Input(str)
-    rounds = Input(int, 1)
-    pose = Output(str)
+    goal: str
+    rounds: int = 1
+    pose: Output[str]
 
     def update(self):
         return SUCCESS
@@ -89,7 +89,7 @@ def test_a_stand_in_that_bears_a_built_in_name_is_not_taken_for_it():
 
 def test_what_keeps_a_node_from_telling_its_doubts_is_told():
     class Shy(Leaf):
-        rounds = Input(int, 1)
+        rounds: int = 1
 
         def bound_faults(self):
             yield "rounds", Fault(f"{self.rounds} are too many.")

@@ -9,7 +9,7 @@ import pytest
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
-from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Leaf, Output, Tree
+from rocs_bt.trees.nodes import BUILTIN, Instant, Leaf, Output, Tree
 from rocs_bt.trees.script import form
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml, read_document
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::rocs_bt.trees.TreeWarning")
 class Say(Instant):
     """Keeps what it says."""
 
-    message = Input(str, "hello")
+    message: str = "hello"
 
     def update(self):
         self.board.root.set_local("said", f"{self.board.root.texts().get('said', '')}{self.message};")
@@ -32,7 +32,7 @@ class Say(Instant):
 class Think(Instant):
     """Writes a text."""
 
-    text = Output(str)
+    text: Output[str]
 
     def update(self):
         self.text = "the answer is 42"

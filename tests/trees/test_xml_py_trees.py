@@ -7,7 +7,7 @@ import pytest
 from py_trees.parsers.behaviour_tree_xml import parse_behaviour_tree_xml
 from py_trees.ports import PortInformation, PortsMixin
 
-from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Tree
+from rocs_bt.trees.nodes import BUILTIN, Instant, Tree
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, read_document, verify, write_tree
 
@@ -24,7 +24,7 @@ class TheirReader(PortsMixin, py_trees.behaviour.Behaviour):
 
 
 class Reader(Instant):
-    value = Input(str)
+    value: str
 
     def update(self):
         READ.append((self.name, self.value))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from rocs_bt.trees.nodes import FAILURE, SUCCESS, Instant, Outcome
 from rocs_bt_thermometer.driver import celsius
 
 
@@ -15,8 +16,8 @@ class Warmer(Instant):
     """
 
     kind = "Condition"
-    port = Input(str, doc="file of the thermometer")
-    than = Input(float, doc="limit [°C]")
+    port: Annotated[str, "file of the thermometer"]
+    than: Annotated[float, "limit [°C]"]
 
     def update(self) -> Outcome:
         """Read and compare."""

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 from ...base.errors import DeviceError
 from ...base.python_content import load_class, running_class
 from ...interfaces.device import Actuator
-from ..host import Host
+from ..host import Host, constructed
 
 
 class ActuatorMaker(Protocol):
@@ -38,13 +38,13 @@ class ActuatorMaker(Protocol):
 
 @dataclass(frozen=True)
 class DeviceMaker:
-    """Class of a user's actuator driver, and the arguments of its constructor.
+    """Class of a user's actuator driver, with its name and the values of its keys.
 
     Attributes:
         file: Python file of the class.
         cls: Name of the class.
         name: Name of the actuator.
-        parameters: Keyword arguments of the constructor, SI units.
+        parameters: Values of its keys, SI units.
         two_owners: Whether the device can be opened in a second process at the same time.
     """
 
@@ -63,5 +63,5 @@ class DeviceMaker:
         """
         cls = load_class(self.file, self.cls)
         with running_class(cls, DeviceError):
-            device: Actuator = cls(self.name, host, **self.parameters)
+            device: Actuator = constructed(cls, self.name, host, self.parameters)
         return device

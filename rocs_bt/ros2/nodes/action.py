@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, Any
 
 from ...base.errors import DeviceError, InputError
-from ...base.units import TIME
+from ...base.units import TimeLimit
 from ...interfaces.action import Failure, Reason
-from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
+from ...trees.nodes import RUNNING, SUCCESS, Leaf, Outcome, Syntax
 from ..ros_link import GoalState, RosActionClient, RosGoal, RosLink
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import FOREVER, UsesRos, interface_type, mismatched, parse_name
@@ -31,13 +31,11 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
 
     named = "action"
 
-    wait = Input(float, 5.0, "maximum time to wait for a server [s]", dimension=TIME)
-    server_timeout = Input(float, 5.0, "maximum time until the server accepts or rejects the goal [s]", dimension=TIME)
-    timeout = Input(float, FOREVER, "maximum duration of the goal [s]", dimension=TIME)
-    feedback_timeout = Input(float, FOREVER, "maximum time between two feedback messages [s]", dimension=TIME)
-    cancel_on_reflex = Input(
-        bool, False, "whether the goal is cancelled during a reflex or an emergency stop, and sent again afterwards"
-    )
+    wait: Annotated[TimeLimit, "maximum time to wait for a server [s]"] = 5.0
+    server_timeout: Annotated[TimeLimit, "maximum time until the server accepts or rejects the goal [s]"] = 5.0
+    timeout: Annotated[TimeLimit, "maximum duration of the goal [s]"] = FOREVER
+    feedback_timeout: Annotated[TimeLimit, "maximum time between two feedback messages [s]"] = FOREVER
+    cancel_on_reflex: Annotated[bool, "whether a reflex or emergency stop cancels the goal; it is sent again"] = False
 
     _goal: RosGoal | None = None
     _resending = False
@@ -210,11 +208,11 @@ class RosAction(GoalLeaf):
 
     parts = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
 
-    action = Input(str, doc="name of the action", parse=parse_name)
-    type_ = Input(str, doc="action type", name="type", parse=interface_type("action"))
-    goal = FieldInputs("fields of the goal: path = value; path = {key}")
-    feedback = FieldOutputs("keys for fields of the feedback, written when it arrives: path -> {key}")
-    result = FieldOutputs("keys for fields of the result, also if the goal fails: path -> {key}")
+    action: Annotated[str, Syntax(parse_name), "name of the action"]
+    type_: Annotated[str, Syntax(interface_type("action")), "action type"]
+    goal: Annotated[FieldInputs, "fields of the goal: path = value; path = {key}"] = ""
+    feedback: Annotated[FieldOutputs, "keys for fields of the feedback, written when it arrives: path -> {key}"] = ""
+    result: Annotated[FieldOutputs, "keys for fields of the result, also if the goal fails: path -> {key}"] = ""
 
     def message(self) -> dict[str, Any]:
         return self.message_of("goal")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from ...base.errors import InputError
 from ...interfaces.action import Failure
-from ...trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, halt
+from ...trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Outcome, Syntax, halt
 from ..ros_link import AcceptedGoal, GoalState, RosLink
 from ..ros_link import RosActionServer as Server
 from .assignments import FieldInputs, FieldOutputs
@@ -29,11 +29,11 @@ class RosActionServer(UsesRos[Server], Decorator):
     named = "action"
     parts = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
 
-    action = Input(str, doc="name of the action", parse=parse_name)
-    type_ = Input(str, doc="action type", name="type", parse=interface_type("action"))
-    goal = FieldOutputs("keys for fields of the goal: path -> {key}")
-    feedback = FieldInputs("fields of the feedback, published when they change: path = {key}")
-    result = FieldInputs("fields of the result: path = {key}; keys without a value are omitted")
+    action: Annotated[str, Syntax(parse_name), "name of the action"]
+    type_: Annotated[str, Syntax(interface_type("action")), "action type"]
+    goal: Annotated[FieldOutputs, "keys for fields of the goal: path -> {key}"] = ""
+    feedback: Annotated[FieldInputs, "fields of the feedback, published when they change: path = {key}"] = ""
+    result: Annotated[FieldInputs, "fields of the result: path = {key}; keys without a value are omitted"] = ""
 
     _goal: AcceptedGoal | None = None
     _sent: Any = None

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, NoReturn
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 from ...base.errors import Fault, InputError
-from ...trees.nodes import Input, KeyUse
+from ...trees.nodes import KeyUse, Syntax
 from ...trees.script import ScriptError
 from ..messages.field_path import parse_path
 from ..ros_link import FieldPath
@@ -70,34 +70,6 @@ class FieldOutput:
     column: int = 0
 
 
-class FieldInputs(Input[Any]):
-    """Port with values of the fields of a message: `path = value`, separated by `;`.
-
-    A value is a number, a quantity, `true`, a text with or without quotes, `{key}`, or a list of these in brackets. The
-    port may also be one key that holds a mapping of the fields, or in Python a mapping of paths to values.
-    """
-
-    def __init__(self, doc: str, default: Any = "") -> None:
-        super().__init__(object, default, doc, parse=parse_inputs)
-
-    def keys_in(self, text: str) -> Iterator[KeyUse]:
-        for item in parse_inputs(text):
-            yield from (KeyUse(key.name, key.column, writes=False) for key in _keys(item.value))
-
-
-class FieldOutputs(Input[Any]):
-    """Port with blackboard keys for the fields of a message: `path -> {key}`, separated by `;`.
-
-    The path `.` means the whole message, as a mapping.
-    """
-
-    def __init__(self, doc: str) -> None:
-        super().__init__(object, "", doc, parse=parse_outputs)
-
-    def keys_in(self, text: str) -> Iterator[KeyUse]:
-        return (KeyUse(item.key.name, item.key.column, writes=True) for item in parse_outputs(text))
-
-
 def inputs_of(value: Any) -> tuple[FieldInput, ...]:
     """Assignments that the value of a FieldInputs port describes.
 
@@ -128,6 +100,29 @@ def parse_inputs(text: str) -> tuple[FieldInput, ...]:
 def parse_outputs(text: str) -> tuple[FieldOutput, ...]:
     """Parse `path -> {key}; path -> {key}`; see `parse_inputs`."""
     return tuple(_Parser(text).outputs())
+
+
+def _keys_read(text: str) -> Iterator[KeyUse]:
+    for item in parse_inputs(text):
+        yield from (KeyUse(key.name, key.column, writes=False) for key in _keys(item.value))
+
+
+def _keys_written(text: str) -> Iterator[KeyUse]:
+    return (KeyUse(item.key.name, item.key.column, writes=True) for item in parse_outputs(text))
+
+
+FieldInputs = Annotated[Any, Syntax(parse_inputs, _keys_read)]
+"""Port with values of the fields of a message: `path = value`, separated by `;`.
+
+A value is a number, a quantity, `true`, a text with or without quotes, `{key}`, or a list of these in brackets. The
+port may also be one key that holds a mapping of the fields, or in Python a mapping of paths to values.
+"""
+
+FieldOutputs = Annotated[Any, Syntax(parse_outputs, _keys_written)]
+"""Port with blackboard keys for the fields of a message: `path -> {key}`, separated by `;`.
+
+The path `.` means the whole message, as a mapping.
+"""
 
 
 class _Parser:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ...base.errors import Fault, InputError, unknown
 from ...base.geometry import Twist3
@@ -12,7 +12,7 @@ from ...interfaces.action import AtomicAction, Body, Failure, Progress
 from ...interfaces.pipeline import Priority, Ticket, TicketState
 from ...nav2.lenient import Served
 from ...nav2.path import corners_of
-from ...trees.nodes import RUNNING, SUCCESS, Input, Outcome
+from ...trees.nodes import RUNNING, SUCCESS, Outcome, Syntax
 from ..ros_link import Received, RosActionClient, RosField, RosGoal, RosLink, RosSubscription, RosTypes
 from .action import GoalLeaf
 from .assignments import FieldOutputs
@@ -30,10 +30,10 @@ class Nav2Action(Nav2Caller, Served, GoalLeaf):
     parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
     emptied: ClassVar[tuple[str, ...]] = ()
 
-    server_name = Input(str, doc="name of the action", parse=parse_name)
-    feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
-    result = FieldOutputs("keys for fields of the result: path -> {key}")
-    server_timeout = Input(float, 0.0, "maximum time until the server accepts the goal [ms], at least 1 s; 0: 5 s")
+    server_name: Annotated[str, Syntax(parse_name), "name of the action"]
+    feedback: Annotated[FieldOutputs, "keys for fields of the feedback: path -> {key}"] = ""
+    result: Annotated[FieldOutputs, "keys for fields of the result: path -> {key}"] = ""
+    server_timeout: Annotated[float, "maximum time until the server accepts the goal [ms], at least 1 s; 0: 5 s"] = 0.0
 
     @property
     def acknowledgement(self) -> float:
@@ -92,9 +92,9 @@ class Nav2Motion(Nav2Action):
     robot, as in an emergency stop, the goal is always cancelled, and sent again after the release.
     """
 
-    cmd_vel = Input(str, "", "topic with Nav2's commands, for the agent to pass on; none if empty", parse=_parse_topic)
-    cmd_vel_type = Input(str, "geometry_msgs/msg/TwistStamped", "type of that topic", parse=_parse_twist)
-    cancel_on_reflex = Input(bool, True, "whether the goal is cancelled during a reflex, and sent again afterwards")
+    cmd_vel: Annotated[str, Syntax(_parse_topic), "topic with Nav2's commands, to pass on; none if empty"] = ""
+    cmd_vel_type: Annotated[str, Syntax(_parse_twist), "type of that topic"] = "geometry_msgs/msg/TwistStamped"
+    cancel_on_reflex: Annotated[bool, "whether the goal is cancelled during a reflex, and sent again afterwards"] = True
 
     _commands: RosSubscription | None = None
     _relay: Ticket | None = None

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ...base.errors import Fault, InputError
 from ...base.geometry import Pose2
 from ...nav2.lenient import Lenient
 from ...nav2.path import poses_in
 from ...nav2.poses import list_of, pose_of, robot_pose
-from ...trees.nodes import Direction, Input
+from ...trees.nodes import Direction
 from ..messages.field_path import primitive
 from ..messages.fields import time_fields
 from ..ros_link import RosField, RosMessage, RosTypes
@@ -43,7 +43,7 @@ class Nav2Caller(Lenient, UsesRos[Any]):
     outputs: ClassVar[Mapping[str, str]] = {}
     optional: ClassVar[frozenset[str]] = frozenset({"start", "viapoints", "dock_pose"})
 
-    frame = Input(str, "map", "frame of the poses")
+    frame: Annotated[str, "frame of the poses"] = "map"
 
     def names(self) -> tuple[str, str]:
         return self._name(self.named), self.type

@@ -14,11 +14,10 @@ from ...nav2.nodes import NAV2
 from ...nav2.servers import CANCELLED
 from ...nav2.tables import made_node
 from ...plan.action_node import ActionNode
-from ...trees.nodes import Input, Node, Output
+from ...trees.nodes import Direction, Node, Port
 from .nav2_actions import Nav2Action, Nav2Motion, Planning, Routing, Teleop
 from .nav2_messages import Nav2Caller
 from .nav2_services import Cancel, CheckPose, Nav2Service, RemoveGoals, Validate
-from .uses_ros import parse_name
 
 
 def server_of(tag: str) -> str:
@@ -26,34 +25,28 @@ def server_of(tag: str) -> str:
     return "backup" if tag == "BackUp" else re.sub(r"(?<=.)([A-Z])", r"_\1", tag).lower()
 
 
-def _action(name: str) -> dict[str, Any]:
-    return {"server_name": Input(str, name, "name of the action", parse=parse_name)}
-
-
-def _service(type: str, name: str) -> dict[str, Any]:
-    return {"type": type, "service_name": Input(str, name, "name of the service", parse=parse_name)}
-
-
 _PLANNER: Final = {
-    "planner_id": Input(str, "", "name of a planner of Nav2; its default if empty"),
-    "path": Output(object, "path, as nav_msgs/Path; empty after a failure"),
+    "planner_id": Port.of(str, "name of a planner of Nav2; its default if empty", default=""),
+    "path": Port.of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
 }
-_CORNERS: Final = {"corners": Output(list, "path as corners, (x, y) in `frame` [m], for actions such as FollowRoute")}
+_CORNERS: Final = {
+    "corners": Port.of(list, "path as corners, (x, y) in `frame` [m], as FollowRoute takes it", Direction.OUTPUT)
+}
 _ROUTE: Final = {
     "planner_id": None,
     "start": NAV2["ComputePathToPose"].ports["start"],
-    "start_id": Input(int, 0, "number of the start node"),
-    "goal_id": Input(int, 0, "number of the goal node"),
-    "route": Output(object, "route, as nav2_msgs/Route; empty after a failure"),
-    "path": Output(object, "path, as nav_msgs/Path; empty after a failure"),
+    "start_id": Port.of(int, "number of the start node", default=0),
+    "goal_id": Port.of(int, "number of the goal node", default=0),
+    "route": Port.of(Any, "route, as nav2_msgs/Route; empty after a failure", Direction.OUTPUT),
+    "path": Port.of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
 }
 _SMOOTH: Final = {"inputs": {"path": "unsmoothed_path"}, "outputs": {"smoothed_path": "path"}}
 _CLEAR: Final = "Clears one of Nav2's costmaps, or a part of it."
 _VALID: Final = "Asks Nav2's planner server whether a path is free; RUNNING until it has responded."
-_IS_VALID: Final = _service("nav2_msgs/srv/IsPathValid", "is_path_valid")
-_COSTS: Final = _service("nav2_msgs/srv/GetCosts", "/global_costmap/get_cost_global_costmap")
-_RESTART: Final = _service("std_srvs/srv/Empty", "reinitialize_global_localization")
-_TOGGLE: Final = _service("nav2_msgs/srv/Toggle", "collision_monitor/toggle")
+_IS_VALID: Final = {"type": "nav2_msgs/srv/IsPathValid", "service_name": "is_path_valid"}
+_COSTS: Final = {"type": "nav2_msgs/srv/GetCosts", "service_name": "/global_costmap/get_cost_global_costmap"}
+_RESTART: Final = {"type": "std_srvs/srv/Empty", "service_name": "reinitialize_global_localization"}
+_TOGGLE: Final = {"type": "nav2_msgs/srv/Toggle", "service_name": "collision_monitor/toggle"}
 _CANCEL: Final = {"type": "action_msgs/srv/CancelGoal"}
 
 _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
@@ -95,7 +88,7 @@ _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
     "CheckPoseOccupancy": (CheckPose, "SUCCESS if a pose is occupied in Nav2's global costmap.", _COSTS),
     "RemoveInCollisionGoals": (RemoveGoals, "Removes goals that are occupied in Nav2's global costmap.", _COSTS),
     **{
-        tag: (Cancel, f"Cancels the goals of Nav2's server of {server}.", _CANCEL | _action(server_of(server)))
+        tag: (Cancel, f"Cancels the goals of Nav2's server of {server}.", _CANCEL | {"server_name": server_of(server)})
         for tag, server in CANCELLED.items()
     },
 }  # fmt: skip
@@ -106,7 +99,7 @@ def _node(tag: str, base: type[Nav2Caller], doc: str, members: Mapping[str, Any]
     own = base.ports.keys() | ActionNode.ports.keys()
     ports: dict[str, Any] = {name: port for name, port in NAV2[tag].ports.items() if name not in own}
     if issubclass(base, Nav2Action):
-        ports = {**_action(server_of(tag)), **ports, "type": f"nav2_msgs/action/{tag}"}
+        ports = {"server_name": server_of(tag), **ports, "type": f"nav2_msgs/action/{tag}"}
     given = {"type": f"nav2_msgs/srv/{tag}", "kind": NAV2[tag].kind, **ports, **members}
     return made_node(tag, base, doc, {name: value for name, value in given.items() if value is not None}, __name__)
 

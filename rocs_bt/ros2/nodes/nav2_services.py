@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from ...base.errors import DeviceError, InputError
-from ...base.units import TIME
+from ...base.units import TimeLimit
 from ...interfaces.action import Failure, Reason
 from ...nav2.costs import NO_INFORMATION
 from ...nav2.goals import SKIPPED, Statuses
 from ...nav2.lenient import Served, Serviced
 from ...nav2.path import poses_in
 from ...nav2.poses import list_of
-from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome
+from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Leaf, Outcome, Syntax
 from ..ros_link import RosCall, RosField, RosLink, RosMessage, RosServiceClient, RosTypes
 from .assignments import FieldInputs, FieldOutputs
 from .nav2_messages import Nav2Caller, field_of
 from .uses_ros import UsesRos, interface_type, mismatched, parse_name
+
+PATIENCE = 5.0
+"""Maximum time to wait for a service, and for its response [s]."""
 
 
 class ServiceLeaf(UsesRos[RosServiceClient], Leaf):
@@ -27,8 +30,7 @@ class ServiceLeaf(UsesRos[RosServiceClient], Leaf):
     request.
     """
 
-    wait: Any
-    timeout: Any
+    wait = timeout = PATIENCE
     _call: RosCall | None = None
     _until = 0.0
 
@@ -101,12 +103,12 @@ class RosService(ServiceLeaf):
     named = "service"
     parts = {"request": "_Request", "response": "_Response"}  # noqa: RUF012 - a table of the class
 
-    service = Input(str, doc="name of the service", parse=parse_name)
-    type_ = Input(str, doc="service type", name="type", parse=interface_type("srv"))
-    request = FieldInputs("fields of the request: path = value; path = {key}")
-    response = FieldOutputs("keys for fields of the response: path -> {key}")
-    wait = Input(float, 5.0, "maximum time to wait for a server [s]", dimension=TIME)
-    timeout = Input(float, 5.0, "maximum time to wait for the response [s]", dimension=TIME)
+    service: Annotated[str, Syntax(parse_name), "name of the service"]
+    type_: Annotated[str, Syntax(interface_type("srv")), "service type"]
+    request: Annotated[FieldInputs, "fields of the request: path = value; path = {key}"] = ""
+    response: Annotated[FieldOutputs, "keys for fields of the response: path -> {key}"] = ""
+    wait: Annotated[TimeLimit, "maximum time to wait for a server [s]"] = 5.0
+    timeout: Annotated[TimeLimit, "maximum time to wait for the response [s]"] = 5.0
 
     def message(self) -> dict[str, Any]:
         return self.message_of("request")
@@ -117,20 +119,14 @@ class RosService(ServiceLeaf):
         return self.failed(Failure(Reason.CANNOT, missing)) if missing else SUCCESS
 
 
-PATIENCE = 5.0
-"""Maximum time to wait for a service, and for its response [s]."""
-
-
 class Nav2Service(Nav2Caller, ServiceLeaf):
     """Base of nodes that call a service of Nav2: RUNNING until its response is there; FAILURE after 5 s without it."""
 
     named = "service_name"
     parts = {"request": "_Request", "response": "_Response"}  # noqa: RUF012 - a table of the class
 
-    service_name = Input(str, doc="name of the service", parse=parse_name)
-    server_timeout = Input(float, 0.0, "timeout in Nav2 [ms]; not used")
-
-    wait = timeout = PATIENCE
+    service_name: Annotated[str, Syntax(parse_name), "name of the service"]
+    server_timeout: Annotated[float, "timeout in Nav2 [ms]; not used"] = 0.0
 
     def message(self) -> dict[str, Any]:
         return self.filled("Request")
@@ -198,6 +194,7 @@ class Cancel(Nav2Service):
 
     named = "server_name"
 
+    server_name: Annotated[str, Syntax(parse_name), "name of the action"]
     service_name = Serviced.service_name
     error_code_id, error_msg = Served.error_code_id, Served.error_msg
 

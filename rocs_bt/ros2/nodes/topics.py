@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from ...base.errors import DeviceError, InputError, unknown
-from ...base.units import TIME
+from ...base.units import TimeLimit
 from ...interfaces.action import Failure, Reason
-from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
+from ...trees.nodes import RUNNING, SUCCESS, Leaf, Outcome, Syntax
 from ..ros_link import QOS, RosLink, RosPublisher, RosSubscription
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import FOREVER, UsesRos, interface_type, mismatched, parse_name
@@ -33,11 +35,11 @@ class RosPublish(UsesRos[RosPublisher], Leaf):
 
     parts = {"values": ""}  # noqa: RUF012 - a table of the class
 
-    topic = Input(str, doc="name of the topic", parse=parse_name)
-    type_ = Input(str, doc="message type", name="type", parse=interface_type("msg"))
-    values = FieldInputs("fields of the message: path = value; path = {key}")
-    qos = Input(str, "reliable", "reliable, sensor_data or latched", parse=parse_qos)
-    wait = Input(float, 0.0, "maximum time to wait for a subscription [s]", dimension=TIME)
+    topic: Annotated[str, Syntax(parse_name), "name of the topic"]
+    type_: Annotated[str, Syntax(interface_type("msg")), "message type"]
+    values: Annotated[FieldInputs, "fields of the message: path = value; path = {key}"] = ""
+    qos: Annotated[str, Syntax(parse_qos), "reliable, sensor_data or latched"] = "reliable"
+    wait: Annotated[TimeLimit, "maximum time to wait for a subscription [s]"] = 0.0
 
     def connect(self, link: RosLink, name: str, type: str) -> RosPublisher:
         return link.publisher(name, type, self.qos)
@@ -77,13 +79,13 @@ class RosSubscribe(UsesRos[RosSubscription], Leaf):
 
     parts = {"values": ""}  # noqa: RUF012 - a table of the class
 
-    topic = Input(str, doc="name of the topic", parse=parse_name)
-    type_ = Input(str, doc="message type", name="type", parse=interface_type("msg"))
-    values = FieldOutputs("keys for fields of the message: path -> {key}; the path . is the whole message")
-    qos = Input(str, "reliable", "reliable, sensor_data or latched", parse=parse_qos)
-    max_age = Input(float, FOREVER, "maximum age of the message [s]", dimension=TIME)
-    new = Input(bool, False, "whether the message must arrive after the node has started")
-    timeout = Input(float, FOREVER, "time after which the node fails without a message [s]", dimension=TIME)
+    topic: Annotated[str, Syntax(parse_name), "name of the topic"]
+    type_: Annotated[str, Syntax(interface_type("msg")), "message type"]
+    values: Annotated[FieldOutputs, "keys for fields of the message: path -> {key}; . is the whole message"] = ""
+    qos: Annotated[str, Syntax(parse_qos), "reliable, sensor_data or latched"] = "reliable"
+    max_age: Annotated[TimeLimit, "maximum age of the message [s]"] = FOREVER
+    new: Annotated[bool, "whether the message must arrive after the node has started"] = False
+    timeout: Annotated[TimeLimit, "time after which the node fails without a message [s]"] = FOREVER
 
     def connect(self, link: RosLink, name: str, type: str) -> RosSubscription:
         return link.subscription(name, type, self.qos)

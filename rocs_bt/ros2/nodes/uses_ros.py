@@ -17,7 +17,7 @@ from ...trees.nodes.tree import fault_at
 from ..messages.field_path import field_at
 from ..messages.known_types import installed_types
 from ..ros_link import NO_LINK, FieldPath, RosLink, RosMessage, RosTypes, index_path
-from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs, inputs_of, parse_outputs
+from .assignments import FieldInput, FieldOutput, inputs_of, parse_inputs, parse_outputs
 from .fields import converted, message
 
 FOREVER = math.inf
@@ -198,11 +198,12 @@ class UsesRos(Node, Generic[E]):
         return parse_outputs(value) if isinstance(value, str) else tuple(value)
 
     def _field_faults(self, port: str, type: str, types: RosTypes) -> Iterator[tuple[str, Fault]]:
-        kind = self.ports[port]
+        syntax = self.ports[port].syntax
+        parse = None if syntax is None else syntax.parse
         items: Iterable[FieldInput | FieldOutput] = ()
-        if isinstance(kind, FieldInputs):
+        if parse is parse_inputs:
             items = self._inputs(port)
-        elif isinstance(kind, FieldOutputs):
+        elif parse is parse_outputs:
             items = self._outputs(port)
         for item in items:
             try:

@@ -6,7 +6,6 @@ import inspect
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from ...actions import action_table
 from ...base.errors import InputError
@@ -15,7 +14,7 @@ from ...catalog import Catalog, make_entry
 from ...check.xml_mission import declared_dialect
 from ...plan import mission_nodes, shipped_nodes
 from ...plan.dialects import recognise
-from ...trees.nodes import CONDITIONS, REQUIRED, Node, Port
+from ...trees.nodes import CONDITIONS, Node, Port
 from ...trees.xml.write import type_name, value_text
 from .elements import Element, parse
 
@@ -113,8 +112,8 @@ def dialect_of(path: Path, text: str, catalog: Catalog) -> str:
     return declared or recognise(set(re.findall(r"<([A-Za-z_]\w*)", text)), catalog.defined_nodes)
 
 
-def _port(port: Port[Any]) -> PortInfo:
-    default = None if port.default is REQUIRED else ""
+def _port(port: Port) -> PortInfo:
+    default = None if port.required else ""
     if default is not None and port.default is not None:
         default = value_text(port.default, port.dimension)
     return PortInfo(port.name, port.direction.value.removesuffix("_port"), type_name(port), default, port.doc)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from ...base.errors import Fault
 from ...trees.error import TreeError
-from ...trees.nodes import FAILURE, RUNNING, SKIPPED, Decorator, Input, Outcome
+from ...trees.nodes import FAILURE, RUNNING, SKIPPED, Decorator, Outcome
 from ...trees.status import outcome_named
 from .match import Filters, replace
 
@@ -49,9 +49,9 @@ class Faulty(Decorator):
 class Breaks(Faulty):
     """Returns `outcome` without ticking its child, in `rounds` rounds, the first of which is the round `at`."""
 
-    at = Input(int, 1, "first faulty round, counted from 1")
-    rounds = Input(int, -1, "number of faulty rounds; -1 for all")
-    outcome = Input(str, "FAILURE", "outcome during the fault; RUNNING never ends")
+    at: Annotated[int, "first faulty round, counted from 1"] = 1
+    rounds: Annotated[int, "number of faulty rounds; -1 for all"] = -1
+    outcome: Annotated[str, "outcome during the fault; RUNNING never ends"] = "FAILURE"
 
     def breaks(self, rounds: int) -> bool:
         many = self.rounds
@@ -64,8 +64,8 @@ class Breaks(Faulty):
 class Flaky(Faulty):
     """Fails in random rounds instead of ticking its child; reproducible for a given seed."""
 
-    probability = Input(float, 0.5, "probability that a round fails")
-    seed = Input(int, 1, "seed of the random numbers")
+    probability: Annotated[float, "probability that a round fails"] = 0.5
+    seed: Annotated[int, "seed of the random numbers"] = 1
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -80,8 +80,8 @@ class Flaky(Faulty):
 class Raises(Faulty):
     """Raises an error instead of ticking its child, from the round `at` on."""
 
-    at = Input(int, 1, "first round that raises, counted from 1")
-    message = Input(str, "broken on purpose", "message of the error")
+    at: Annotated[int, "first round that raises, counted from 1"] = 1
+    message: Annotated[str, "message of the error"] = "broken on purpose"
 
     def breaks(self, rounds: int) -> bool:
         return rounds >= self.at

@@ -10,9 +10,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from ...base.errors import Fault
+from ...declare import MISSING
 from ..board import Board
 from ..examine import Flow, Use, flow_of
-from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
+from ..nodes import Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
 from ..value import type_name
 from ..xml.element import Element
@@ -210,7 +211,7 @@ def given_ports(node: Node) -> Iterator[tuple[str, str]]:
     """Names and values of the ports that the file or the mission gives."""
     yield from (node.written() or ("", {}))[1].items()
     for name, given in node.given.items():
-        if given is not None and given is not REQUIRED:
+        if given is not None and given is not MISSING:
             port = node.ports.get(name)
             yield name, value_text(given, None if port is None else port.dimension)
 

@@ -221,7 +221,7 @@ def _all(tree: Tree) -> Iterator[Fault]:
     yield from restart_faults(tree)
 
 
-def initial_value(node: Node, port: Port[Any], flow: Flow) -> Any:
+def initial_value(node: Node, port: Port, flow: Flow) -> Any:
     """Value that a port reads in the first tick; None if there is none, or if a node may change it before."""
     key = node.key(port.name)
     if key is None:
@@ -258,7 +258,7 @@ def value_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
                 yield fault_at(at, f.message, f.hint, attribute=attribute, warning=False)
 
 
-def _inputs(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
+def _inputs(tree: Tree) -> Iterator[tuple[Node, Port]]:
     for node in tree.nodes:
         if isinstance(node, Node) and not isinstance(node, SubTree):
             yield from ((node, port) for port in node.ports.values() if port.direction is Direction.INPUT)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from ...base.errors import Fault, InputError, did_you_mean
 from ..board import Board
@@ -119,7 +118,7 @@ def _uses(node: Node) -> Iterator[Use]:
                 yield Use(node, attribute, a.target.name, creates=creates, changes=True, column=a.target.at)
 
 
-def _port_uses(node: Node, port: Port[Any]) -> Iterator[Use]:
+def _port_uses(node: Node, port: Port) -> Iterator[Use]:
     given = node.given.get(port.name, port.default)
     key = pointed(given, port.name)
     if key is None and port.name in NAMING.get(node.tag, ()) and isinstance(given, str):

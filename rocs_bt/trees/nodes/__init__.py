@@ -8,7 +8,18 @@ from .changes import Changes
 from .family import Control, Decorator, Instant, Leaf, halt
 from .guard import CONDITIONS
 from .node import Node
-from .port import REQUIRED, Code, Direction, InOut, Input, KeyUse, Output, Port, pointed, pointer
+from .port import (
+    ConditionText,
+    Direction,
+    InOut,
+    KeyUse,
+    Output,
+    Port,
+    ScriptText,
+    Syntax,
+    pointed,
+    pointer,
+)
 from .registry import BUILTIN, Registry, children_faults, nodes_of
 from .runtime import Runtime, Watch
 from .subtree import SubTree
@@ -18,17 +29,15 @@ __all__ = [
     "BUILTIN",
     "CONDITIONS",
     "FAILURE",
-    "REQUIRED",
     "RUNNING",
     "SKIPPED",
     "SUCCESS",
     "Changes",
-    "Code",
+    "ConditionText",
     "Control",
     "Decorator",
     "Direction",
     "InOut",
-    "Input",
     "Instant",
     "KeyUse",
     "Leaf",
@@ -38,7 +47,9 @@ __all__ = [
     "Port",
     "Registry",
     "Runtime",
+    "ScriptText",
     "SubTree",
+    "Syntax",
     "Tree",
     "Watch",
     "children_faults",

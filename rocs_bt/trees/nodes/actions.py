@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Annotated, Any
 
 from py_trees.behaviour import Behaviour
 
@@ -15,7 +15,7 @@ from ..script import compile_condition, compile_script, parse_script, script_rea
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
 from .decorators import TIME_TOLERANCE
 from .family import Instant, Leaf
-from .port import Code, InOut, Input, key_name, pointer
+from .port import ConditionText, InOut, ScriptText, Syntax, key_name, pointer
 from .runtime import Runtime
 
 
@@ -44,8 +44,8 @@ class AlwaysFailure(Instant):
 class SetBlackboard(Instant):
     """Writes a text, or a copy of another key's value and type, to a key; FAILURE if the other key has no value."""
 
-    value = Input(object, doc="text, or a key such as {source}")
-    output_key = InOut(str, doc="name of the key to write, with or without braces", parse=key_name)
+    value: Annotated[Any, "text, or a key such as {source}"]
+    output_key: Annotated[InOut[str], Syntax(key_name), "name of the key to write, with or without braces"]
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -95,7 +95,7 @@ class SetBlackboard(Instant):
 class UnsetBlackboard(Instant):
     """Removes a key from the blackboard of this tree; returns SUCCESS."""
 
-    key_ = Input(str, doc="key, without braces", name="key", parse=key_name)
+    key_: Annotated[str, Syntax(key_name), "key, without braces"]
 
     def update(self) -> Outcome:
         self.board.unset(self.read("key"))
@@ -106,7 +106,7 @@ class WasEntryUpdated(Instant):
     """SUCCESS if the key was written since the node's last tick, else FAILURE."""
 
     kind = "Action"
-    entry = Input(object, doc="key", parse=key_name)
+    entry: Annotated[Any, Syntax(key_name), "key"]
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -119,7 +119,7 @@ class WasEntryUpdated(Instant):
 
 
 class _Scripted(Instant):
-    code = Code(doc="script")
+    code: Annotated[ScriptText, "script"]
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -159,7 +159,7 @@ class ScriptCondition(_Scripted):
     """SUCCESS if a script is true, else FAILURE."""
 
     kind = "Condition"
-    code = Code(doc="script", condition=True)
+    code: Annotated[ConditionText, "script"]
 
     def compiled(self, script: Parsed) -> Callable[[], Any]:
         return compile_condition(script, self.board)
@@ -175,7 +175,7 @@ class ScriptCondition(_Scripted):
 class Sleep(Leaf):
     """RUNNING for `msec` milliseconds of the tree's clock, then SUCCESS."""
 
-    msec = Input(int, doc="duration [ms]")
+    msec: Annotated[int, "duration [ms]"]
 
     def begins_running(self) -> bool:
         return self.key("msec") is None and self.read("msec") > 0
@@ -204,12 +204,12 @@ class TestNode(Leaf):
 
     __test__ = False  # not pytest's
 
-    return_status = Input(str, "SUCCESS", "outcome")
-    return_status_script = Code("", "script that returns the outcome")
-    success_script = Code("", "script run on SUCCESS")
-    failure_script = Code("", "script run on FAILURE")
-    post_script = Code("", "script run after any outcome")
-    async_delay = Input(int, 0, "time as RUNNING before the outcome [ms]")
+    return_status: Annotated[str, "outcome"] = "SUCCESS"
+    return_status_script: Annotated[ScriptText, "script that returns the outcome"] = ""
+    success_script: Annotated[ScriptText, "script run on SUCCESS"] = ""
+    failure_script: Annotated[ScriptText, "script run on FAILURE"] = ""
+    post_script: Annotated[ScriptText, "script run after any outcome"] = ""
+    async_delay: Annotated[int, "time as RUNNING before the outcome [ms]"] = 0
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -220,7 +220,7 @@ class TestNode(Leaf):
         self._compiled = {}
         below = super().bind(board, runtime)
         for port, text in self.given.items():
-            if isinstance(self.ports[port], Code) and pointer(text) is None and text:
+            if self.ports[port].is_code and pointer(text) is None and text:
                 self._compiled[text] = compile_script(parse_script(text), board)
         return below
 

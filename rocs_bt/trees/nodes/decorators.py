@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from py_trees.common import Status
 
@@ -12,7 +12,7 @@ from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted
 from .family import Decorator, counted_text, halt, no_outcome
-from .port import Code, InOut, Input, Output, key_name
+from .port import ConditionText, Direction, InOut, Port, Syntax, key_name
 
 
 class _Counted(Decorator):
@@ -79,7 +79,7 @@ class Repeat(_Counted):
     counted = SUCCESS
     limit = "num_cycles"
     round = "cycle"
-    num_cycles = Input(int, doc="number of successes; -1 for no limit")
+    num_cycles: Annotated[int, "number of successes; -1 for no limit"]
 
 
 class RetryUntilSuccessful(_Counted):
@@ -91,7 +91,7 @@ class RetryUntilSuccessful(_Counted):
     counted = FAILURE
     limit = "num_attempts"
     round = "attempt"
-    num_attempts = Input(int, doc="maximum number of attempts; -1 for no limit")
+    num_attempts: Annotated[int, "maximum number of attempts; -1 for no limit"]
 
 
 class _Loop(Decorator):
@@ -102,8 +102,8 @@ class _Loop(Decorator):
     """
 
     item: ClassVar[Any] = str
-    queue = InOut(object, None, "items")
-    if_empty = Input(Status, "SUCCESS", "outcome if the queue is empty")
+    queue: Annotated[InOut[Any], "items"] = None
+    if_empty: Annotated[Status, "outcome if the queue is empty"] = SUCCESS
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -159,7 +159,7 @@ class _Loop(Decorator):
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
     """Create a loop class."""
-    value = Output(item, "current item")
+    value = Port.of(item, "current item", Direction.OUTPUT)
     doc = f"Loop over {what}. {_Loop.__doc__}"
     return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
 
@@ -212,7 +212,7 @@ class KeepRunningUntilFailure(_Mapping):
 class RunOnce(Decorator):
     """Ticks the child until it has ended; afterwards returns SKIPPED or the child's outcome, and is never reset."""
 
-    then_skip = Input(bool, True, "whether to return SKIPPED afterwards")
+    then_skip: Annotated[bool, "whether to return SKIPPED afterwards"] = True
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -238,8 +238,8 @@ class Precondition(Decorator):
     The script is not evaluated while the child is RUNNING.
     """
 
-    script = Code(doc="script", name="if", condition=True)
-    otherwise = Input(Status, "FAILURE", "outcome while the script is false", name="else")
+    if_: Annotated[ConditionText, "script"]
+    else_: Annotated[Status, "outcome while the script is false"] = FAILURE
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -265,7 +265,7 @@ class Precondition(Decorator):
             if outcome is not RUNNING and outcome is not SKIPPED:
                 self._under_way = False
         else:
-            outcome = self.otherwise
+            outcome = self.else_
         if outcome is not SKIPPED:
             self.status = outcome
         elif self.status is not RUNNING:
@@ -273,10 +273,10 @@ class Precondition(Decorator):
         return outcome
 
     def wait_text(self) -> str:
-        return "" if self._under_way else script_reading(self.script, self.board)
+        return "" if self._under_way else script_reading(self.if_, self.board)
 
     def _holds(self) -> bool:
-        text = self.script
+        text = self.if_
         if self._compiled is None or self._compiled[0] != text:
             self._compile(text)
         return self._compiled[1]()  # type: ignore[index]  # compiled above
@@ -322,7 +322,7 @@ class _Timed(Decorator):
 class Timeout(_Timed):
     """FAILURE once the child has been RUNNING for `msec` milliseconds; the child is then halted. 0 means no limit."""
 
-    msec = Input(int, doc="maximum run time of the child [ms]")
+    msec: Annotated[int, "maximum run time of the child [ms]"]
 
     def tick_once(self) -> Outcome:
         child: Any = self.decorated
@@ -340,7 +340,7 @@ class Timeout(_Timed):
 class Delay(_Timed):
     """RUNNING for `delay_msec` milliseconds; then ticks the child."""
 
-    delay_msec = Input(int, doc="delay [ms]")
+    delay_msec: Annotated[int, "delay [ms]"]
 
     def begins_running(self) -> bool:
         return self.key("delay_msec") is None and self.read("delay_msec") > 0
@@ -358,7 +358,7 @@ class _Updated(Decorator):
     """Ticks the child if the key was written since the node's last tick, and while the child is RUNNING."""
 
     otherwise: ClassVar[Outcome] = SKIPPED
-    entry = Input(object, doc="key", parse=key_name)
+    entry: Annotated[Any, Syntax(key_name), "key"]
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)

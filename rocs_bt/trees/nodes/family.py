@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from collections.abc import Sequence as Many
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -115,13 +115,6 @@ class Decorator(Node, StockDecorator):
             raise no_outcome(child, outcome)
         return outcome
 
-    def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
-        """Replace the child; the previous child is halted."""
-        halt(child)
-        child.parent = None
-        self.children[0] = self.decorated = replacement
-        replacement.parent = self
-
     def stop(self, new_status: Status = IDLE) -> None:
         Node.stop(self, new_status)
 
@@ -138,7 +131,7 @@ class Leaf(Node):
     """
 
     latches = True
-    children: Any = ()
+    children = cast("Any", ())
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         self._construct(name or type(self).tag)

@@ -14,13 +14,14 @@ from py_trees.common import BlackBoxLevel, Status
 from py_trees.logging import Logger
 
 from ...base.errors import Fault, InputError, unknown
+from ...declare import MISSING
 from ..board import Board
 from ..error import TreeError
 from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
 from ..value import Enums
 from .guard import CONDITIONS, PRE, Run, Tick, guarded
-from .port import REQUIRED, Direction, Port, Reading, parse_condition, pointed
+from .port import Direction, Port, Reading, declared_ports, parse_condition, pointed
 from .runtime import Runtime, Watch
 from .visits import Visits
 
@@ -104,7 +105,7 @@ class Node(Behaviour):
 
     kind: ClassVar[str] = "Action"
     tag: ClassVar[str] = ""
-    ports: ClassVar[Mapping[str, Port[Any]]] = {}
+    ports: ClassVar[Mapping[str, Port]] = {}
     min_children: ClassVar[int] = 0
     max_children: ClassVar[int | None] = 0
     latches: ClassVar[bool] = False
@@ -118,21 +119,23 @@ class Node(Behaviour):
     blackbox_level = BlackBoxLevel.NOT_A_BLACKBOX
     initial_keys: Mapping[str, Any] = MappingProxyType({})
 
-    _required: ClassVar[tuple[Port[Any], ...]] = ()
+    _own: ClassVar[Mapping[str, Port]] = {}
+    _required: ClassVar[tuple[Port, ...]] = ()
     _accepted: ClassVar[set[tuple[str, str]]] = set()
     _shares_keys: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.tag = cls.__dict__.get("tag", "") or cls.__name__
-        for attribute, value in vars(cls).items():
-            if isinstance(value, Port) and (attribute in NODE_ATTRIBUTES or hasattr(Node, attribute)):
-                hint = f'Write: {attribute}_ = {type(value).__name__}(..., name="{attribute}").'
+        own = declared_ports(cls)
+        for attribute, of in own.items():
+            if attribute in NODE_ATTRIBUTES or hasattr(Node, attribute):
+                hint = f"Write '{attribute}_', which is the port '{attribute}' in files."
                 message = f"{cls.__name__} cannot have a port in '{attribute}', which every node has."
                 raise TreeError(Fault(message, hint=hint))
-        found: dict[str, Port[Any]] = {}
-        for base in reversed(cls.__mro__):
-            found.update({p.name: p for p in vars(base).values() if isinstance(p, Port)})
+            setattr(cls, attribute, of)
+        cls._own = own
+        found = {p.name: p for base in reversed(cls.__mro__) for p in vars(base).get("_own", {}).values()}
         if found:
             cls.ports = found
             cls._required = tuple(port for port in found.values() if port.required)
@@ -268,7 +271,7 @@ class Node(Behaviour):
             self.rewire()
         return zip(self.children, repeat(board)) if self.children else ()
 
-    def _bind_port(self, port: Port[Any], board: Board) -> None:
+    def _bind_port(self, port: Port, board: Board) -> None:
         given = self.given.get(port.name)
         key = pointed(given, port.name)
         if key is not None:
@@ -362,12 +365,12 @@ class Node(Behaviour):
             self.halt()
         self.status = new_status
 
-    def _reader(self, port: Port[Any]) -> Callable[[], Any]:
+    def _reader(self, port: Port) -> Callable[[], Any]:
         given = self.given.get(port.name, port.default)
         key = pointed(given, port.name)
         if key is not None:
             return Reading(port, (self.tag, self.name), self.board, key)
-        if given is REQUIRED:
+        if given is MISSING:
             raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' has no value and no default."))
         value = None if given is None else _literal(port, given, self.board.enums)
         return lambda: value
@@ -405,11 +408,11 @@ def is_own_node(behaviour: Behaviour) -> TypeGuard[Node]:
     return Node in type(behaviour).__mro__
 
 
-def _fixed_type(port: Port[Any]) -> Any:
+def _fixed_type(port: Port) -> Any:
     return None if port.kind is Any else port.kind
 
 
-def _maybe_enum(port: Port[Any], text: str) -> bool:
+def _maybe_enum(port: Port, text: str) -> bool:
     """Whether a port's text may have names of enum values, which ports for numbers and lists of numbers accept."""
     if port.dimension is not None:
         return False
@@ -418,7 +421,7 @@ def _maybe_enum(port: Port[Any], text: str) -> bool:
     return port.kind in (int, float) and text.isidentifier()
 
 
-def _check_value(port: Port[Any], value: Any) -> None:
+def _check_value(port: Port, value: Any) -> None:
     key = pointed(value, port.name)
     if key is not None:
         if not key.strip("@ "):
@@ -435,7 +438,7 @@ def _check_value(port: Port[Any], value: Any) -> None:
         _literal(port, value)
 
 
-def _literal(port: Port[Any], value: Any, enums: Enums | None = None) -> Any:
+def _literal(port: Port, value: Any, enums: Enums | None = None) -> Any:
     """Value of a literal or default of a port; raises ScriptError or TreeError."""
     try:
         return port.converted(value, enums)

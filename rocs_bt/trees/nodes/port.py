@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, overload
+from typing import Annotated, Any, NamedTuple, TypeVar
 
 from ...base.errors import Fault, InputError
-from ...base.units import Dimension, convert
+from ...base.units import Dimension
+from ...declare import MISSING, Field, own_fields, read_value
 from ..board import Board
 from ..error import TreeError
 from ..script import Script, parse_script
@@ -17,27 +19,19 @@ from ..value import Enums, converted, from_string
 T = TypeVar("T")
 
 
-class Ported(Protocol):
-    """Interface of a node with ports."""
-
-    def read(self, port: str) -> Any: ...
-    def write(self, port: str, value: Any) -> None: ...
-
-
 class Direction(Enum):
-    """Direction of a port; the enum values are the tags that declare such a port in a TreeNodesModel."""
+    """Direction of a port, a mark in its annotation; the enum values are the tags of such ports in a TreeNodesModel."""
 
     INPUT = "input_port"
     OUTPUT = "output_port"
     INOUT = "inout_port"
 
 
-class _Required(Enum):
-    REQUIRED = "required"
+Output = Annotated[T, Direction.OUTPUT]
+"""Port that the node writes. In a file its value is a blackboard key, such as `{pose}`; it may be omitted."""
 
-
-REQUIRED: Final = _Required.REQUIRED
-"""Default of a port for which a file must give a value."""
+InOut = Annotated[T, Direction.INOUT]
+"""Port that the node reads and writes."""
 
 
 class KeyUse(NamedTuple):
@@ -54,141 +48,169 @@ class KeyUse(NamedTuple):
     writes: bool
 
 
-class Port(Generic[T]):
-    """Port of a node class, a descriptor: a node reads and writes it like an attribute.
-
-        class Greet(Leaf):
-            name = Input(str, doc="person to greet")
-            times = Input(int, default=1)
-            said = Output(str)
-
-            def update(self) -> Outcome:
-                self.said = f"hello {self.name}" * self.times
-                return SUCCESS
-
-    Args:
-        kind: Type of the values: bool, int, float, str, Status, an Enum, `list[...]` of them, a class, or object for a
-            port that accepts every type and fixes none.
-        default: Value if a file gives none, possibly text such as `{key}`; REQUIRED if a file must give one.
-        doc: Description of the port.
-        name: Name of the port in files, if it cannot be a Python attribute; by default the attribute's name.
-        dimension: Dimension of the numbers. With one, files contain quantities such as `0.5 m`, and blackboards contain
-            numbers in SI units.
-        parse: Function from text to a value, for a `kind` that has no standard conversion.
+@dataclass(frozen=True)
+class Syntax:
+    """Mark of a port with texts that have a syntax of their own.
 
     Attributes:
-        direction: Whether the node reads the port, writes it, or both.
-        names_places: Whether texts of the port are names of places in the world model.
+        parse: Function from a text to a value.
+        keys: Function from a text to the keys in it, for a text that is not itself a key; None if there are none.
+        names_places: Whether texts are names of places in the world model.
     """
 
-    direction = Direction.INPUT
-    names_places = False
+    parse: Callable[[str], Any]
+    keys: Callable[[str], Iterable[KeyUse]] | None = None
+    names_places: bool = False
 
-    def __init__(
-        self,
-        kind: type[T],
-        default: Any = REQUIRED,
-        doc: str = "",
-        *,
-        name: str = "",
-        dimension: Dimension | None = None,
-        parse: Callable[[str], T] | None = None,
-    ) -> None:
-        self.kind: Any = Any if kind is object else kind
-        self.default = default
-        self.doc = doc
-        self.name = name
-        self.dimension = dimension
-        self._parse = parse
+
+class Port:
+    """Port of a node class, a descriptor: a node reads and writes it like an attribute.
+
+    Annotations of a node class declare its ports, as those of an action declare its parameters: the type, the unit,
+    the direction and a description; their defaults are those of the ports. `if_` is the port `if`.
+
+        class Greet(Leaf):
+            person: Annotated[str, "name of the person"]
+            times: int = 1
+            said: Output[str]
+
+            def update(self) -> Outcome:
+                self.said = f"hello {self.person}" * self.times
+                return SUCCESS
+
+    Types are bool, int, float, str, Status, an Enum, `list[...]` of them, a class, and Any for a port that accepts
+    every type and fixes none. With a dimension, as in `Seconds`, files contain quantities such as `0.5 s`, and
+    blackboards contain numbers in SI units.
+
+    Args:
+        declared: Declaration of the port.
+
+    Attributes:
+        name: Name of the port in files.
+        kind: Type of the values.
+        default: Value if a file gives none, possibly text such as `{key}`; MISSING if a file must give one.
+        direction: Whether the node reads the port, writes it, or both.
+        dimension: Dimension of the numbers; None for values without one.
+        syntax: Syntax of the texts, if it is not that of the type.
+    """
+
+    def __init__(self, declared: Field) -> None:
+        self.direction = declared.mark(Direction) or Direction.INPUT
+        needs_none = declared.required and self.direction is Direction.OUTPUT
+        self.declared = declared = replace(declared, default=None) if needs_none else declared
+        self.name, self.default = declared.key.rstrip("_"), declared.default
+        self.dimension = declared.dimension if declared.parts else declared.mark(Dimension)
+        self.kind, self.syntax = self._kind(), declared.mark(Syntax)
 
     def __set_name__(self, owner: type[Any], attribute: str) -> None:
-        self.name = self.name or attribute
+        if not self.name:
+            Port.__init__(self, replace(self.declared, name=attribute, key=attribute))
 
-    @overload
-    def __get__(self, node: None, owner: type[Any]) -> Port[T]: ...
-    @overload
-    def __get__(self, node: Ported, owner: type[Any]) -> T: ...
-    def __get__(self, node: Ported | None, owner: type[Any]) -> Port[T] | T:
-        if node is None:
-            return self
-        value: T = node.read(self.name)
-        return value
+    def __get__(self, node: Any, owner: type[Any]) -> Any:
+        return self if node is None else node.read(self.name)
 
-    def __set__(self, node: Ported, value: T) -> None:
+    def __set__(self, node: Any, value: Any) -> None:
         node.write(self.name, value)
+
+    @classmethod
+    def of(cls, kind: Any, *marks: Any, default: Any = MISSING, name: str = "") -> Port:
+        """Port of a class that a program makes: `Port.of(int, "number of rounds", default=1)`.
+
+        Args:
+            kind: Type of the values, possibly with marks.
+            marks: Marks of the annotation, such as a description.
+            default: Default of the port.
+            name: Name of the port, if it is not that of the member of the class.
+        """
+        declared = Field.annotated(name, kind, default, object)
+        return cls(replace(declared, marks=(*declared.marks, *marks)))
+
+    def with_default(self, default: Any) -> Port:
+        """The port with another default."""
+        return Port(replace(self.declared, default=default))
 
     @property
     def required(self) -> bool:
         """Whether a file must give a value."""
-        return self.default is REQUIRED
+        return self.declared.required
 
     @property
-    def parser(self) -> Callable[[str, Enums | None], T] | None:
-        """Converter of texts if the port has another one than its type, as for quantities; else None."""
-        return None if self._parse is None and self.dimension is None else self.value
+    def doc(self) -> str:
+        """Description of the port."""
+        return self.declared.doc
 
-    def value(self, text: str, enums: Enums | None = None) -> T:
-        """Convert a text to a value of the port.
+    @property
+    def is_code(self) -> bool:
+        """Whether texts of the port are scripts."""
+        return self.syntax is not None and self.syntax.parse in (_script, _condition)
+
+    @property
+    def names_places(self) -> bool:
+        """Whether texts of the port are names of places in the world model."""
+        return self.syntax is not None and self.syntax.names_places
+
+    @property
+    def parser(self) -> Callable[[str, Enums | None], Any] | None:
+        """Converter of texts if the port has another one than its type, as for quantities; else None."""
+        return None if self.syntax is None and self.dimension is None else self.value
+
+    def value(self, text: str, enums: Enums | None = None) -> Any:
+        """Convert a text to a value of the port; items of a list are separated by `;`, numbers of a point by `,`.
 
         Raises:
             InputError: The text cannot be converted to this port's type.
         """
-        found: Any
         try:
-            if self._parse is not None:
-                found = self._parse(text)
-            elif self.dimension is not None:
-                found = convert(text, self.dimension, self.name)
-            else:
-                found = from_string(text, self.kind, enums)
+            if self.syntax is not None:
+                return self.syntax.parse(text)
+            return from_string(text, self.kind, enums) if self.dimension is None else self._quantities(text)
         except InputError:
             raise
         except Exception as error:  # a user's parser may raise anything
             raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
-        value: T = found
-        return value
 
-    def converted(self, value: Any, enums: Enums | None = None) -> T:
+    def converted(self, value: Any, enums: Enums | None = None) -> Any:
         """Convert a value of any source to a value of the port: the rule of `rocs_bt.trees.value`.
 
         Raises:
             InputError: The value cannot be converted to this port's type.
         """
-        found: T = self.value(value, enums) if value.__class__ is str else converted(value, self.kind, enums or {})
-        return found
+        return self.value(value, enums) if value.__class__ is str else converted(value, self.kind, enums or {})
 
     def keys_in(self, text: str) -> Iterable[KeyUse]:
-        """Keys inside a text that is not itself a key; derived classes with such a syntax override this."""
-        return ()
+        """Keys inside a text that is not itself a key."""
+        return () if self.syntax is None or self.syntax.keys is None else self.syntax.keys(text)
+
+    def _kind(self) -> Any:
+        each = self.declared
+        if each.hint is object or each.parts or (each.many and self.dimension is not None):
+            return Any
+        one: Any = str if each.options else each.hint
+        return list[one] if each.many else one
+
+    def _quantities(self, text: str) -> Any:
+        each = self.declared
+        values: list[Any] = [part.strip() for part in text.split(";")] if each.many else [text]
+        if each.parts:
+            values = [[x.strip() for x in value.split(",")] for value in values]
+        return read_value(each, values if each.many else values[0])
 
 
-class Input(Port[T]):
-    """Port that the node reads."""
+def declared_ports(cls: type[Any]) -> dict[str, Port]:
+    """Ports that a class declares by its annotations, or gives another default, by attribute."""
+    found = {each.name: Port(each) for each in own_fields(cls)}
+    for attribute, value in vars(cls).items():
+        known = None if attribute in found else _inherited(cls, attribute)
+        if isinstance(value, Port):
+            found[attribute] = value
+        elif known is not None and not callable(value) and not hasattr(value, "__get__"):
+            found[attribute] = known.with_default(value)
+    return found
 
 
-class Code(Input[str]):
-    """Input port for a script; the syntax of the script is checked when the file is loaded.
-
-    With `condition`, the script must not be empty.
-    """
-
-    def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "", condition: bool = False) -> None:
-        super().__init__(str, default, doc, name=name, parse=_condition if condition else _script)
-
-
-class Output(Port[T]):
-    """Port that the node writes. In a file its value is a blackboard key, such as `{pose}`; it may be omitted."""
-
-    direction = Direction.OUTPUT
-
-    def __init__(self, kind: type[T], doc: str = "", *, name: str = "", default: Any = None) -> None:
-        super().__init__(kind, default, doc, name=name)
-
-
-class InOut(Port[T]):
-    """Port that the node reads and writes."""
-
-    direction = Direction.INOUT
+def _inherited(cls: type[Any], attribute: str) -> Port | None:
+    of = next((vars(base)[attribute] for base in cls.__mro__[1:] if attribute in vars(base)), None)
+    return of if isinstance(of, Port) else None
 
 
 def _script(text: str) -> str:
@@ -199,6 +221,13 @@ def _script(text: str) -> str:
 def _condition(text: str) -> str:
     parse_condition(text)
     return text
+
+
+ScriptText = Annotated[str, Syntax(_script)]
+"""Script; its syntax is checked when the file is loaded."""
+
+ConditionText = Annotated[str, Syntax(_condition)]
+"""Script that must not be empty."""
 
 
 def parse_condition(text: str) -> Script:
@@ -260,7 +289,7 @@ class Reading:
 
     __slots__ = ("_board", "_entry", "_key", "_kind", "_owner", "_port")
 
-    def __init__(self, port: Port[Any], owner: tuple[str, str], board: Board, key: str) -> None:
+    def __init__(self, port: Port, owner: tuple[str, str], board: Board, key: str) -> None:
         self._port, self._owner, self._board, self._key = port, owner, board, key
         self._kind, self._entry = port.kind, board.entry(key)
 

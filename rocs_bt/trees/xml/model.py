@@ -140,7 +140,8 @@ def annotation(port: ModelPort) -> Any:
     if kind in _TEXT:
         return str
     if kind in _REAL:
-        return Annotated[float, NONE if port.default is None else parse_quantity(port.default).dimension]
+        of = NONE if port.default is None else parse_quantity(port.default).dimension
+        return float if of == NONE else Annotated[float, of]
     try:
         return Annotated[float, parse_unit(kind).dimension]
     except InputError:

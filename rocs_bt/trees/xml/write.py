@@ -12,7 +12,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from ...base.units import NONE, Dimension
-from ..nodes import BUILTIN, CONDITIONS, REQUIRED, Node, Port, SubTree
+from ..nodes import BUILTIN, CONDITIONS, Node, Port, SubTree
 from ..nodes.port import ExactKey
 from ..status import outcome_name
 from .document import Document
@@ -135,7 +135,7 @@ def model_of(node: type[Node]) -> Element:
     return element(node.kind, {"ID": node.tag}, [_port(port) for port in node.ports.values()])
 
 
-def type_name(port: Port[Any]) -> str:
+def type_name(port: Port) -> str:
     """Type of a port in a model: a unit for a quantity, else a C++ type."""
     if port.dimension not in (None, NONE):
         return str(port.dimension)
@@ -148,9 +148,9 @@ def type_name(port: Port[Any]) -> str:
     return _TYPES.get(kind, "BT::AnyTypeAllowed")
 
 
-def _port(port: Port[Any]) -> Element:
+def _port(port: Port) -> Element:
     attributes = {"name": port.name, "type": type_name(port)}
-    if port.default is not REQUIRED and port.default is not None:
+    if not port.required and port.default is not None:
         attributes["default"] = value_text(port.default, port.dimension)
     return element(port.direction.value, attributes, text=port.doc)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 from py_trees.behaviour import Behaviour
 
@@ -12,7 +12,7 @@ from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ...value import Enums, from_string, to_string
 from ..family import Control, halt
-from ..port import Input
+from ..port import Port
 
 
 class _Branch(Control):
@@ -73,7 +73,7 @@ class WhileDoElse(_Branch):
     nothing resets it while a branch is RUNNING.
     """
 
-    run_aware_children: Sequence[Any] = ()  # keep state after they have ended; notified when a new run begins
+    run_aware_children = cast("Sequence[Any]", ())  # keep state after they have ended; notified when a new run begins
 
     def __init__(
         self, name: str, children: tuple[Behaviour, ...] | list[Behaviour] = (), /, **attributes: object
@@ -126,7 +126,7 @@ class _Switch(Control):
     """
 
     cases: ClassVar[int] = 0
-    variable = Input(str, None, "value to compare, usually a key")
+    variable: Annotated[str | None, "value to compare, usually a key"] = None
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -197,7 +197,7 @@ def same(left: str, right: str, enums: Enums) -> bool:
 
 
 def _switch(cases: int) -> type[_Switch]:
-    ports = {f"case_{i}": Input(str, None, f"value that selects child {i}") for i in range(1, cases + 1)}
+    ports = {f"case_{i}": Port.of(str, f"value that selects child {i}", default=None) for i in range(1, cases + 1)}
     members: dict[str, Any] = {
         **ports,
         "cases": cases,
@@ -216,7 +216,7 @@ class TryCatch(Control):
     """Ticks all children but the last as a Sequence; if one fails, ticks the last child and then returns FAILURE."""
 
     min_children = 2
-    catch_on_halt = Input(bool, False, "whether a halt ticks the last child once")
+    catch_on_halt: Annotated[bool, "whether a halt ticks the last child once"] = False
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence as Many
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any, cast
 
 from py_trees.composites import Sequence as StockSequence
 
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control, counted_text, halt
-from ..port import REQUIRED, InOut, Input
+from ..port import InOut
 
 
 class _Nav(Control):
-    run_aware_children: Many[Any] = ()
+    run_aware_children = cast("Many[Any]", ())  # without an annotation, which would declare a port
 
     def read(self, port: str) -> Any:
         """Value of a port; as in Nav2, a key without a value counts as the port's default."""
-        key, default = self.key(port), self.ports[port].default
-        return default if key is not None and default is not REQUIRED and key not in self.board else super().read(port)
+        key, declared = self.key(port), self.ports[port]
+        lacks = key is not None and key not in self.board and not declared.required
+        return declared.default if lacks else super().read(port)
 
     def _begin(self) -> None:
         """At the start of a run, notify the children that keep state between runs."""
@@ -90,7 +91,7 @@ class PersistentSequence(_Nav, StockSequence):
     """Sequence that keeps its current index in a key of the blackboard, so that a halt does not reset it."""
 
     memory = True
-    current_child_idx = InOut(int, doc="key that holds the index of the current child")
+    current_child_idx: Annotated[InOut[int], "key that holds the index of the current child"]
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING
@@ -116,7 +117,7 @@ class RecoveryNode(_Nav):
     """
 
     min_children = max_children = 2
-    number_of_retries = Input(int, 1, "maximum number of retries of the first child")
+    number_of_retries: Annotated[int, "maximum number of retries of the first child"] = 1
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -169,7 +170,7 @@ class RoundRobin(_Nav):
     `wrap_around` is true: then the first child follows the last. SKIPPED if all children are skipped in one tick.
     """
 
-    wrap_around = Input(bool, False, "whether the first child follows the last; always true before Lyrical")
+    wrap_around: Annotated[bool, "whether the first child follows the last; always true before Lyrical"] = False
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -222,9 +223,9 @@ class PauseResumeController(_Nav):
     """
 
     max_children = 4
-    pause_service_name = Input(str, "", "name of the service in Nav2; not used")
-    resume_service_name = Input(str, "", "name of the service in Nav2; not used")
-    paused = Input(bool, False, "whether the node is paused")
+    pause_service_name: Annotated[str, "name of the service in Nav2; not used"] = ""
+    resume_service_name: Annotated[str, "name of the service in Nav2; not used"] = ""
+    paused: Annotated[bool, "whether the node is paused"] = False
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from collections.abc import Sequence as Many
 from itertools import islice
-from typing import Any
+from typing import Any, cast
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -81,7 +81,7 @@ class Reactive(Control):
     """
 
     memory = False
-    run_aware_children: Many[Any] = ()  # keep state after they have ended; notified when a new run begins
+    run_aware_children = cast("Many[Any]", ())  # keep state after they have ended; notified when a new run begins
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:

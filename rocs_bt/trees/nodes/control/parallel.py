@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from collections.abc import Sequence as Many
-from typing import Any
+from typing import Annotated, Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
@@ -15,7 +15,6 @@ from ...board import Board
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control
-from ..port import Input
 from ..runtime import Runtime
 
 
@@ -75,8 +74,8 @@ class Parallel(_ParallelBase):
     negative.
     """
 
-    success_count = Input(int, -1, "number of successes that make it succeed; -1 for all children")
-    failure_count = Input(int, 1, "number of failures that make it fail; negative counts are from the end")
+    success_count: Annotated[int, "number of successes that make it succeed; -1 for all children"] = -1
+    failure_count: Annotated[int, "number of failures that make it fail; negative counts are from the end"] = 1
 
     def tick_once(self) -> Outcome:
         needed, failing = self._limits or self._read()
@@ -114,7 +113,7 @@ class Parallel(_ParallelBase):
 class ParallelAll(_ParallelBase):
     """Ticks all children until all have ended; FAILURE if at least `max_failures` of them failed, else SUCCESS."""
 
-    max_failures = Input(int, 1, "number of failures that make it fail; negative counts are from the end")
+    max_failures: Annotated[int, "number of failures that make it fail; negative counts are from the end"] = 1
 
     def tick_once(self) -> Outcome:
         children: list[Any] = self.children

@@ -1,16 +1,16 @@
 """A node."""
 
-from rocs_bt.base.units import TIME
-from rocs_bt.trees.nodes import SUCCESS, Input, Instant, Output
+from rocs_bt.base.units import Seconds
+from rocs_bt.trees.nodes import SUCCESS, Instant, Output
 
 
 class Knock(Instant):
     """Knock."""
 
-    times = Input(int)
-    rest = Input(float, 1.0, "pause after each [s]", dimension=TIME)
-    loud = Input(bool, False)
-    heard = Output(str)
+    times: int
+    rest: Seconds = 1.0
+    loud: bool = False
+    heard: Output[str]
 
     def update(self):
         return SUCCESS
