@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ..base.units import NONE, Dimension, parse_unit
 from .fields import Declared, Field, fields_of, given_of
-from .marks import InFile, InUnit, Keys, Names, Registered, Rest, Word
+from .marks import InFile, InUnit, Keys, Names, ReadBy, Registered, Rest, Word
 
 
 def data_of(value: Declared) -> dict[str, Any]:
@@ -23,20 +24,13 @@ def data_of(value: Declared) -> dict[str, Any]:
             continue
         if each.mark(Rest):
             data |= found
-        elif each.mark(Registered):
-            data |= {name: data_of(one) for name, one in found.items()}
+        elif each.mark(ReadBy) or each.mark(Registered):
+            data |= data_of(found) if isinstance(found, Declared) else _tables(found)
         elif keys is not None and keys.here:
             data |= _keys(keys.cls, found)
         elif each.is_key:
-            data[each.key] = written(_with_unit(each, value), found)
+            data[each.key] = written(_in_unit(each, vars(value)), found)
     return data
-
-
-def _with_unit(each: Field, value: Declared) -> Field:
-    """The field, with the dimension of its numbers if another field names their unit."""
-    if (unit := each.mark(InUnit)) is None:
-        return each
-    return replace(each, marks=(*each.marks, parse_unit(vars(value)[unit.field]).dimension / unit.per))
 
 
 def written(each: Field, value: Any) -> Any:
@@ -47,22 +41,35 @@ def written(each: Field, value: Any) -> Any:
         return [_one(each, one) for one in value]
     if each.many == "named":
         return {name: _one(each, one) for name, one in value.items()}
-    if each.parts:
-        return [written(part, one) for part, one in zip(each.parts, value, strict=True)]
     return _one(each, value)
 
 
 def _one(each: Field, value: Any) -> Any:
     if (keys := each.mark(Keys)) is not None:
         return _keys(keys.cls, value)
+    if each.parts:
+        return [written(part, one) for part, one in zip(each.parts_of(value), value, strict=True)]
     if isinstance(value, Declared):
         return data_of(value)
     if isinstance(value, Mapping):
-        return dict(value)
+        return _tables(value)
+    if isinstance(value, Path):
+        return str(value)
     dimension = each.mark(Dimension) or NONE
     if each.hint is float and dimension != NONE:
         return f"{repr(float(value)).removesuffix('.0')} {dimension}"
     return value
+
+
+def _in_unit(each: Field, values: Mapping[str, Any]) -> Field:
+    """The field with the dimension of the unit that another field names."""
+    unit = each.mark(InUnit)
+    of = () if unit is None else (parse_unit(values[unit.field]).dimension / unit.per,)
+    return replace(each, marks=(*each.marks, *of), parts=tuple(_in_unit(part, values) for part in each.parts))
+
+
+def _tables(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: data_of(one) if isinstance(one, Declared) else one for name, one in values.items()}
 
 
 def _keys(cls: type[Declared], value: Any) -> dict[str, Any]:
