@@ -82,6 +82,14 @@ def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[st
     return replace(unknown("place", goal, known, "The world", hint), warning=True)
 
 
+def unknown_leader(world: WorldModel, action: str, leader: str) -> Fault | None:
+    """Warning about a leader that is no other robot; None if it is one, or if no other robot is known."""
+    known = world.peers()
+    if not known or leader in known:
+        return None
+    return replace(unknown("other robot", leader, known, "The world", f"{action} fails at once."), warning=True)
+
+
 L = TypeVar("L", bound=Node)
 
 
@@ -121,9 +129,10 @@ class Mission(MissionContext):
         goal, leader = given.get("goal"), given.get("leader")
         if self.check_options:
             for place in filter(None, (named_place(name, value) for name, value in given.items())):
-                self._check_goal(action, place)
+                later = self.check_options.later
+                self._doubt(unknown_goal(self.knowledge.world, action, place, later), place)
         if self.check_options and isinstance(leader, str):
-            self._check_leader(action, leader)
+            self._doubt(unknown_leader(self.knowledge.world, action, leader), leader)
         shown = name or (f"{action} {goal}" if isinstance(goal, str) else action)
         return self._made(Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions))
 
@@ -223,16 +232,9 @@ class Mission(MissionContext):
         texts = {e.key: _in_file(e, parameters[e.name]) for e in numbers if _has_text(parameters.get(e.name))}
         return {**parameters, **read_fields(numbers, texts, f"the action {action}")}
 
-    def _check_goal(self, action: str, goal: str) -> None:
-        later = None if self.check_options is None else self.check_options.later
-        if (fault := unknown_goal(self.knowledge.world, action, goal, later)) is not None:
-            self._warn(fault, about=goal)
-
-    def _check_leader(self, action: str, leader: str) -> None:
-        known = self.knowledge.world.peers()
-        if known and leader not in known:
-            found = unknown("other robot", leader, known, "The world", f"{action} fails at once.")
-            self._warn(replace(found, warning=True), about=leader)
+    def _doubt(self, fault: Fault | None, about: str) -> None:
+        if fault is not None:
+            self._warn(fault, about=about)
 
     def _fault(self, error: InputError) -> None:
         """Raise faults, or collect them if the mission is being checked.

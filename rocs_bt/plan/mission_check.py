@@ -12,7 +12,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
-from ..base.errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError
 from ..base.units import SPEED, TURN_RATE, Dimension
 from ..interfaces.action import parameters_of
 from ..knowledge import Knowledge
@@ -22,7 +22,7 @@ from ..trees.nodes.tree import fault_at
 from .act import Act
 from .action_node import ActionNode
 from .context import CheckOptions, MissionContext
-from .mission import Mission, named_place, unknown_goal
+from .mission import Mission, named_place, unknown_goal, unknown_leader
 from .parameters import mission_parameters
 from .plan import Plan
 from .tree import TreePlan, shape_faults
@@ -75,8 +75,9 @@ def _beyond_limits(tree: Tree, flow: Flow, knowledge: Knowledge, robot: str) -> 
             if isinstance(value, Real) and isinstance(limit, Real) and abs(float(value)) > float(limit) * (1 + 1e-9):
                 message = f"{name} is {float(value):g} {unit}; the limit of {robot} is {float(limit):.3g} {unit}."
                 yield fault_at(node, message, attribute=name)
-            if name == "leader" and isinstance(node, ActionNode):
-                yield from _leader_fault(node, str(value), knowledge)
+            wrong = unknown_leader(knowledge.world, node.tag, str(value)) if name == "leader" else None
+            if wrong is not None and isinstance(node, ActionNode):
+                yield fault_at(node, wrong.message, wrong.hint, attribute=name)
 
 
 def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None) -> Iterator[Fault]:
@@ -154,13 +155,6 @@ def _values(node: Act, flow: Flow) -> dict[str, tuple[Any, Dimension | None]]:
             except InputError:  # reported otherwise
                 continue
     return found
-
-
-def _leader_fault(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterator[Fault]:
-    known = knowledge.world.peers()
-    if known and leader not in known:
-        found = unknown("other robot", leader, known, "The world", f"{node.tag} fails at once.")
-        yield fault_at(node, found.message, found.hint, attribute="leader")
 
 
 def checked_plan(build: Callable[..., Any], mission: Mission, parameters: Mapping[str, Any]) -> Plan | None:

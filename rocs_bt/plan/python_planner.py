@@ -23,15 +23,6 @@ from .route import RoutePlanner
 Array = npt.NDArray[np.float64]
 
 
-def no_routes(name: str) -> RoutePlanner:
-    """Raise an error; this is the value of `Task.route` for a task without content.
-
-    Raises:
-        InputError: Always.
-    """
-    raise InputError(Fault(f"cannot load the route planner '{name}': this task has no content."))
-
-
 @dataclass(frozen=True)
 class Task:
     """Task of a planner, which it is given at the beginning of an episode.
@@ -41,16 +32,16 @@ class Task:
         tolerances: Goal tolerances by name of the goal [m].
         locomotion: Locomotion of the robot, with its limits.
         knowledge: Knowledge of the robot: knowledge graph, model of itself, signals.
-        privileged: Information for oracle planners only; empty for all others.
         route: Function from the name of a file in planners/routes to a route planner of its class.
+        privileged: Information for oracle planners only; empty for all others.
     """
 
     goals: Mapping[str, Pose2]
     tolerances: Mapping[str, float]
     locomotion: Locomotion
     knowledge: Knowledge
+    route: Callable[[str], RoutePlanner]
     privileged: Mapping[str, Any] = field(default_factory=dict)
-    route: Callable[[str], RoutePlanner] = no_routes
 
 
 @dataclass(frozen=True)
