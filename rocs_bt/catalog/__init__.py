@@ -24,7 +24,6 @@ from .entry import (
     shipped_root,
 )
 from .finder import Finder
-from .ground_tables import GroundSpec, PushSpec
 from .mission_catalog import MissionCatalog
 from .perturbation import Perturbation, parse_perturbation, perturbed, read_perturbations
 from .planner_file import PlannerSpec, mission_values, read_planner
@@ -39,7 +38,7 @@ from .scenario_file import (
     SuccessSpec,
     read_scenario,
 )
-from .scenario_tables import FactSpec, RateSpec
+from .scenario_tables import FactSpec, GroundSpec, PushSpec, RateSpec
 
 __all__ = [
     "IDENTIFIED",

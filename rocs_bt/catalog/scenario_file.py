@@ -30,11 +30,10 @@ from ..declare import (
     replaced,
     rows_in,
 )
-from .ground_tables import GroundSpec, PushSpec
 from .inherit import OVERLAID
 from .marks import At, Coordinate, Dialect, Identifier, Jitter, Latency, Name, PlaceKeys, Pose
 from .perturbation import Perturbation
-from .scenario_tables import AGENTS, FactSpec, RateSpec
+from .scenario_tables import AGENTS, FactSpec, GroundSpec, PushSpec, RateSpec
 
 D = TypeVar("D", bound=Declared)
 

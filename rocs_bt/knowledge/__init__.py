@@ -5,10 +5,10 @@ The only folder that imports networkx. All blocks and the layers above import it
 
 from ..control.prediction import HYPOTHESES
 from .attribute import Attribute, Live
+from .base import Model
 from .declaration import Kind, Relation
 from .graph import KnowledgeGraph
 from .knowledge import Knowledge
-from .model import Model
 from .movers import Movers
 from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View, Window
 from .query import Answers, Find, Query, QueryContext, compile_query, find

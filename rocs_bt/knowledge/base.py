@@ -1,4 +1,4 @@
-"""Knowledge base: graph and signals of one agent, and queries over them (paper, 4.2 and 5.1)."""
+"""Knowledge base: graph and signals of one agent, queries over them, and the base of views (paper, 4.2 and 5.1)."""
 
 from __future__ import annotations
 
@@ -140,3 +140,13 @@ class KnowledgeBase(ABC):
     def revision(self) -> int:
         """Number of graph changes so far; each signal counts its own writes."""
         return self.graph.revision
+
+
+class Model:
+    """View of Knowledge; a user's subclass adds properties (paper, 5.3)."""
+
+    def __init__(self, knowledge: KnowledgeBase) -> None:
+        self.knowledge = knowledge
+        self.graph = knowledge.graph
+        self.signals = knowledge.signals
+        self.name = knowledge.agent

@@ -13,8 +13,7 @@ import numpy as np
 from ..base.errors import Fault, InputError, KnowledgeError
 from ..base.geometry import Pose2, Twist2, pose2
 from ..control.footprint import Footprint
-from .base import KnowledgeBase
-from .model import Model
+from .base import KnowledgeBase, Model
 from .signals import Array
 
 if TYPE_CHECKING:  # the agent passes the locomotion, so that at run time knowledge imports no upper layer

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..base.errors import InputError, KnowledgeError
-from .model import Model
+from .base import Model
 
 SHARPNESS = 4
 """Exponent of the similarity in the weight of a use: a use of similarity 1/2 has the weight 1/16."""

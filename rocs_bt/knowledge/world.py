@@ -7,7 +7,7 @@ from typing import Any
 
 from ..base.errors import KnowledgeError
 from ..base.geometry import Pose2, Pose3, Twist2, along_arc, twist2
-from .model import Model
+from .base import Model
 from .movers import Movers
 from .occupancy import OccupancyGrid
 
