@@ -5,8 +5,7 @@ receive the loaded objects.
 """
 
 from ..base.python_content import classes_in, functions_in, is_reference, load_class, running, running_class
-from .caching_catalog import CachingCatalog
-from .catalog import Catalog
+from .catalog import CachingCatalog, Catalog
 from .copying import copy_content
 from .device_spec import ActuatorSpec, SensorSpec
 from .entry import (

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 from ..base.errors import Fault, InputError
 from ..base.files import is_file, same_file
@@ -14,6 +15,7 @@ from ..declare import place_of
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
 from .entry import Entry, content_hash, make_entry, scan
+from .finder import kept
 from .inherit import merged_with_base
 from .mission_catalog import MissionCatalog
 from .perturbation import Perturbation, parse_perturbation, read_perturbations
@@ -23,6 +25,9 @@ from .robot_spec import RobotSpec
 from .scenario_file import AgentSpec, ScenarioSpec, read_scenario
 
 T = TypeVar("T")
+
+LIMIT = 64
+"""Maximum number of objects that a `CachingCatalog` keeps; then the least recently used one is dropped."""
 
 
 class Catalog(MissionCatalog):
@@ -40,6 +45,7 @@ class Catalog(MissionCatalog):
         """Catalog of the same project that looks at its folders again."""
         return Catalog(self.project, code=self.code)
 
+    @kept(lambda self, name: (name,))
     def load_robot(self, name: str) -> RobotSpec:
         """Load a robot by name.
 
@@ -49,6 +55,7 @@ class Catalog(MissionCatalog):
         file = self.find("robot", name).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
+    @kept(lambda self, agent: (agent.robot, place_of(agent.overlay), repr(agent.overlay)))
     def robot_of(self, agent: AgentSpec) -> RobotSpec:
         """Load the robot of an agent, with the tables of the scenario that override the robot's.
 
@@ -96,6 +103,7 @@ class Catalog(MissionCatalog):
         if faults:
             raise InputError(*faults)
 
+    @kept(lambda self, name, missions=True: (name, missions, self.made))
     def read_scenario(self, name: str, *, missions: bool = True) -> ScenarioSpec:
         """Read a scenario by name or path without checking its robots; see `load_scenario`.
 
@@ -128,6 +136,7 @@ class Catalog(MissionCatalog):
         made = self._made.get("scenario")
         return made if made and made.path == scenario.file else make_entry(scenario.file, "scenario", "file")
 
+    @kept(lambda self, of: (of.mission, of.rules, repr(of.parameters), of.nodes))
     def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         """Catalog entries of a controller (an agent or a planner): mission, rules, and the files that these name.
 
@@ -151,13 +160,10 @@ class Catalog(MissionCatalog):
         bases = [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
         return self.find("robot", name), *bases
 
+    @kept(lambda self, scenario, more=(): (scenario.file, self.made, _controllers(scenario), more))
     def digest(self, scenario: ScenarioSpec, more: tuple[Entry, ...] = ()) -> str:
         """`content_hash` of all entries that a scenario uses, and of more that a run was given."""
         return content_hash((*self.content_of(scenario), *more))
-
-    def cached(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Result of `make`, such as a compiled world; a `CachingCatalog` makes it only once for each key."""
-        return make()
 
     def load_schema(self) -> Schema:
         """Load the schema of Knowledge: the shipped schema, extended by the project's schema files.
@@ -210,6 +216,32 @@ class Catalog(MissionCatalog):
         found = self.find("robot", robot)
         listed = self._entries("robot").get(found.name)
         return found.name if listed and same_file(listed.path, found.path) else robot
+
+
+class CachingCatalog(Catalog):
+    """Catalog that keeps what it has loaded; files must not change while it is in use.
+
+    Args:
+        project: Project's root; None for shipped content only.
+        code: Whether Python content may run.
+    """
+
+    def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
+        super().__init__(project, code=code)
+        self._cached: OrderedDict[Hashable, Any] = OrderedDict()
+
+    def cached(self, key: Hashable, make: Callable[[], T]) -> T:
+        if key in self._cached:
+            self._cached.move_to_end(key)
+            return cast("T", self._cached[key])
+        made = self._cached[key] = make()
+        if len(self._cached) > LIMIT:
+            self._cached.popitem(last=False)
+        return made
+
+
+def _controllers(scenario: ScenarioSpec) -> tuple[Hashable, ...]:
+    return tuple((a.name, a.robot, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
 
 
 def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:

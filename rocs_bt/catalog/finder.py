@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import copy
+import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Self
+from typing import Any, Self, TypeVar, cast
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.files import confined, is_file
@@ -15,7 +16,23 @@ from ..base.python_content import is_reference, load_class, load_module
 from ..base.toml_text import as_data, as_toml
 from .entry import KINDS, Entry, by_name, confine_name, find_project, is_path, make_entry, scan, shipped_root
 
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+
 _SINGULAR = {"rules": "rule file"}  # kinds with a plural name
+
+
+def kept(key: Callable[..., tuple[Hashable, ...]]) -> Callable[[F], F]:
+    """Mark of a method with results that a `CachingCatalog` keeps; `key` makes their key of the arguments."""
+
+    def decorate(make: F) -> F:
+        @functools.wraps(make)
+        def method(self: Finder, *args: Any, **given: Any) -> Any:
+            return self.cached((make.__name__, *key(self, *args, **given)), lambda: make(self, *args, **given))
+
+        return cast("F", method)
+
+    return decorate
 
 
 class Finder:
@@ -60,6 +77,10 @@ class Finder:
             "world": Entry(name, "world", Path(f"{name}.xml"), text=world),
         }
         return other
+
+    def cached(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Result of `make`, such as a compiled world; a `CachingCatalog` makes it only once for each key."""
+        return make()
 
     @property
     def made(self) -> tuple[Entry, ...]:

@@ -12,12 +12,13 @@ from ..base.files import is_file
 from ..base.python_content import classes_in, guarded, is_reference, load_module, texts_in
 from ..interfaces.vocabulary import vocabulary_of
 from .entry import TREES, Entry, make_entry
-from .finder import Finder
+from .finder import Finder, kept
 
 
 class MissionCatalog(Finder):
     """Finder that also loads missions, and what they name."""
 
+    @kept(lambda self, name, dialect="": (name, dialect))
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         """Load the function `build` of a mission; for an XML mission, a function that makes its tree.
 
