@@ -10,7 +10,7 @@ from .kernel_backend import choose_backend
 from .reactive_model import ReactiveModel, Reflex
 from .reflex_arc import ReflexArc
 from .rule import Argument, InactiveRule, OnInvalid, Rule, RuleSet, RuleTest
-from .rule_file import check_rules, load_rules, required_signals
+from .rule_file import load_rules, read_rules, required_signals
 from .rule_model import RuleModel
 from .rule_table import RuleTable, lower_rules
 from .rule_test import RuleTestResult, add_test_files, run_tests, tested_file
@@ -34,11 +34,11 @@ __all__ = [
     "RuleTestResult",
     "Steps",
     "add_test_files",
-    "check_rules",
     "choose_backend",
     "included_files",
     "load_rules",
     "lower_rules",
+    "read_rules",
     "required_signals",
     "rule_misfits",
     "run_tests",

@@ -70,31 +70,18 @@ def load_rules(
     Raises:
         InputError: All faults of the file, each with line and column.
     """
-    rules, faults = read_rules(file, environment, actions, name, overrides or {})
+    rules, faults = read_rules(file, environment, actions, name, overrides)
     if wrong := [f for f in faults if not f.warning]:
         raise InputError(*wrong)
     return rules
-
-
-def check_rules(
-    file: Path | Table,
-    environment: Environment,
-    actions: Mapping[str, type[Action]],
-    overrides: Mapping[str, Override] | None = None,
-) -> list[Fault]:
-    """Errors and warnings of a rule file. Arguments as in `load_rules`. Faults are returned, never raised."""
-    try:
-        return read_rules(file, environment, actions, "", overrides or {})[1]
-    except InputError as error:
-        return list(error.faults)
 
 
 def read_rules(
     file: Path | Table,
     environment: Environment,
     actions: Mapping[str, type[Action]],
-    name: str,
-    overrides: Mapping[str, Override],
+    name: str = "",
+    overrides: Mapping[str, Override] | None = None,
 ) -> tuple[RuleSet, list[Fault]]:
     """Read the valid rules of a file, and the file's errors and warnings; arguments as in `load_rules`.
 
@@ -104,7 +91,7 @@ def read_rules(
     documents = read_documents(file)
     top = documents[-1].table
     label = name or top.file.stem
-    thresholds, faults = read_thresholds(documents, environment, overrides, label)
+    thresholds, faults = read_thresholds(documents, environment, overrides or {}, label)
     for key, node in thresholds.items():
         environment = environment.with_alias(key, node)
     rules = list[_Read]()

@@ -7,7 +7,7 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import ANGLE, LENGTH, SPEED, MetresPerSecond
 from rocs_bt.expression import Environment
 from rocs_bt.interfaces.action import AtomicAction, Progress
-from rocs_bt.reactive import Override, RuleModel, check_rules, included_files, load_rules, run_tests
+from rocs_bt.reactive import Override, RuleModel, included_files, load_rules, read_rules, run_tests
 
 ENVIRONMENT = Environment.packed(
     [Signal("front", 3, (LENGTH,)), Signal("speed", 1, (SPEED,)), Signal("pose", 3, (LENGTH, LENGTH, ANGLE))]
@@ -46,7 +46,7 @@ def latched(model, front, t=0.0, speed=0.0):
 
 
 def faults(file, **overrides):
-    return [str(f) for f in check_rules(file, ENVIRONMENT, ACTIONS, overrides)]
+    return [str(f) for f in read_rules(file, ENVIRONMENT, ACTIONS, overrides=overrides)[1]]
 
 
 class TestThresholds:

@@ -13,7 +13,7 @@ from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.units import LENGTH, SPEED, MetresPerSecond, Radians
 from rocs_bt.expression import Environment
 from rocs_bt.interfaces.action import AtomicAction, Progress
-from rocs_bt.reactive import check_rules, load_rules
+from rocs_bt.reactive import load_rules, read_rules
 
 ENVIRONMENT = Environment.packed(
     [
@@ -86,7 +86,7 @@ def test_a_good_file_loads_with_all_its_parts(tmp_path):
     parameters = rule.parameters(x, blind=False)
     assert parameters.pop("angle") == pytest.approx(-np.pi / 3)
     assert parameters == {"wheels": [0.7, 0.1], "label": "hello", "times": 2, "fast": True}
-    assert check_rules(write(tmp_path, GOOD), ENVIRONMENT, ACTIONS) == []
+    assert read_rules(write(tmp_path, GOOD), ENVIRONMENT, ACTIONS)[1] == []
 
 
 def test_all_ties_are_told_at_once(tmp_path):
@@ -124,8 +124,8 @@ def test_there_is_no_tie_between_modes(tmp_path):
 def test_a_file_without_rules_and_a_missing_file(tmp_path):
     with pytest.raises(InputError, match="the file has no rule"):
         load_rules(write(tmp_path, 'format = "reflex/1"\n'), ENVIRONMENT, ACTIONS)
-    (fault,) = check_rules(tmp_path / "none.toml", ENVIRONMENT, ACTIONS)
-    assert "cannot read the file" in fault.message
+    with pytest.raises(InputError, match="cannot read the file"):
+        load_rules(tmp_path / "none.toml", ENVIRONMENT, ACTIONS)
 
 
 def test_a_table_that_was_read_already_loads_too():

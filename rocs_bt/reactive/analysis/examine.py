@@ -106,12 +106,12 @@ def examine_rules(
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
 ) -> list[Fault]:
-    """Errors and warnings of a rule file, as found by `check_rules` and `analyse_rules`.
+    """Errors and warnings of a rule file, as found by `read_rules` and `analyse_rules`.
 
     Rules with errors are not analysed. Arguments as in `load_rules`. Faults are returned, never raised.
     """
     try:
-        found, faults = read_rules(file, environment, actions, "", overrides or {})
+        found, faults = read_rules(file, environment, actions, overrides=overrides)
         unused = unused_names(read_documents(file)[-1])
     except InputError as error:
         return list(error.faults)
