@@ -6,16 +6,13 @@ from collections.abc import Collection, Sequence
 from typing import Any
 
 from ..base.errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
-from ..base.geometry import Pose2
 from ..base.toml_table import Table
-from ..base.units import Bounds, Metres, Radians
 from ..catalog import FactSpec, PlaceSpec
-from ..declare import MISSING, Field, Keys, Scope, Value, place_of, read_fields, read_key
-from ..knowledge import Attribute, Knowledge, Schema
+from ..declare import Field, Value, place_of, read_fields, read_key
+from ..knowledge import Knowledge, Schema
 
 TO, BOTH_WAYS = "to", "both_ways"
 _BOTH = Field(BOTH_WAYS, BOTH_WAYS, bool, (), False, "", Value)
-_POSE = ("x", "y", "yaw")
 
 
 def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
@@ -42,33 +39,8 @@ def read_attributes(place: PlaceSpec, schema: Schema) -> dict[str, Any]:
         InputError: An attribute is unknown, or a value has another type or unit; the error lists all faults, without
             the scenario's file.
     """
-    declared = [_field(name, of) for name, of in schema.kinds[place.kind].attributes.items()]
+    declared = [of.field(name) for name, of in schema.kinds[place.kind].attributes.items()]
     return read_fields(declared, place.attributes, f"the {place.kind} '{place.name}'")
-
-
-class _Pose(Value):
-    """Keys x, y and yaw of an attribute that is a pose."""
-
-    x: Metres
-    y: Metres
-    yaw: Radians = 0.0
-
-    @classmethod
-    def _prepare(cls, table: Table, scope: Scope) -> None:
-        for extra in sorted({*table.data} - {*_POSE}):
-            hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, _POSE, "It")
-            table.fault(None, f"a pose has no '{extra}'.", hint)
-
-    def _made(self) -> Pose2:
-        return Pose2(self.x, self.y, self.yaw)
-
-
-def _field(name: str, attribute: Attribute) -> Field:
-    """Declaration of an attribute; the graph checks its bounds."""
-    many = "list" if attribute.type is tuple else ""
-    hint = float if many else attribute.type
-    marks = (Keys(_Pose),) if hint is Pose2 else (attribute.dimensions[0], Bounds(infinite=True))
-    return Field(name, name, hint, marks, MISSING, many, Value)
 
 
 def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
@@ -123,7 +95,7 @@ class _FactWriter:
             if key not in declared and key not in graph.schema.relations:
                 names = [*declared, *_relations_of(kind, graph.schema)]
                 table.fault(key, f"a {kind} has no attribute and no relation '{key}'.", did_you_mean(key, names, "It"))
-        values = {key: read_key(_field(key, declared[key]), table) for key in self._keys if key in declared}
+        values = {key: read_key(declared[key].field(key), table) for key in self._keys if key in declared}
         try:
             if fact.kind:
                 graph.add(fact.node, fact.kind, **values)
@@ -168,7 +140,7 @@ class _FactWriter:
                 table.fault(relation, f"{relation} has no attribute '{key}'.", did_you_mean(key, declared, "It"))
         if value[TO] in self._named and not self._graph.has(value[TO]):
             return  # the fault of that fact is already reported
-        values = {key: read_key(_field(key, declared[key]), edge) for key in value if key in declared}
+        values = {key: read_key(declared[key].field(key), edge) for key in value if key in declared}
         directions = [(source, value[TO]), (value[TO], source)]
         for a, b in directions if read_key(_BOTH, edge) else directions[:1]:
             try:

@@ -9,13 +9,32 @@ from typing import Any
 
 import numpy as np
 
-from ..base.errors import KnowledgeError
+from ..base.errors import KnowledgeError, did_you_mean
 from ..base.geometry import Pose2
-from ..base.units import NONE, Dimension
+from ..base.toml_table import Table
+from ..base.units import NONE, Bounds, Dimension, Metres, Radians
+from ..declare import MISSING, Field, Keys, Scope, Value
 
 
 class Live:
     """Type of attributes that cannot be written: live view of the signal that the node's attribute `signal` names."""
+
+
+class PoseKeys(Value):
+    """Keys x, y and yaw of an attribute that is a pose, in a file."""
+
+    x: Metres
+    y: Metres
+    yaw: Radians = 0.0
+
+    @classmethod
+    def _prepare(cls, table: Table, scope: Scope) -> None:
+        for extra in sorted({*table.data} - {*cls._names}):
+            hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, cls._names, "It")
+            table.fault(None, f"a pose has no '{extra}'.", hint)
+
+    def _made(self) -> Pose2:
+        return Pose2(self.x, self.y, self.yaw)
 
 
 @dataclass(frozen=True)
@@ -84,6 +103,13 @@ class Attribute:
         if self.choices and value not in self.choices:
             raise KnowledgeError(f"must be one of {', '.join(self.choices)}, found {value!r}.")
         return value
+
+    def field(self, name: str) -> Field:
+        """Declaration of a value in a file; `check` judges its bounds."""
+        many = "list" if self.type is tuple else ""
+        hint = float if many else self.type
+        marks = (Keys(PoseKeys),) if hint is Pose2 else (self.dimensions[0], Bounds(infinite=True))
+        return Field(name, name, hint, marks, MISSING, many, Value)
 
     def narrows(self, wider: Attribute) -> bool:
         """Whether this attribute accepts only values that `wider` accepts: same type and unit, and bounds no wider."""

@@ -19,6 +19,7 @@ import contextlib
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar
@@ -27,7 +28,7 @@ from ...base.errors import Fault, InputError, KnowledgeError
 from ...base.geometry import Pose2
 from ...base.toml_table import Table, read_toml
 from ...base.toml_text import as_toml
-from ...base.units import ANGLE, LENGTH, NONE, Bounds, Dimension, Quantity, convert, parse_unit
+from ...base.units import ANGLE, LENGTH, NONE, Bounds, Dimension, Quantity, parse_unit
 from ...declare import (
     InUnit,
     OneOf,
@@ -41,8 +42,10 @@ from ...declare import (
     has_key,
     place_of,
     read,
+    read_value,
     values_of,
 )
+from ...declare.write import written
 from ..attribute import Attribute, Live
 from ..declaration import Kind, Relation
 from .schema import Schema, faults_of, joined_kind, joined_relation
@@ -136,8 +139,9 @@ class AttributeKeys(_Declared):
             if unit.value != 1.0:
                 fault = Fault(f"the graph holds SI units; '{text}' is not one.", hint=f"Write '{unit.dimension}'.")
                 raise InputError(fault)
-            key = "default"
-            _stored(table.data.get("type"), unit.dimension, table.data.get(key))
+            key, word = "default", table.data.get("type")
+            if key in table and isinstance(word, str) and word in TYPES:
+                read_value(_bare(word, unit.dimension).field(key), table.data[key])
         except InputError as error:
             table.adopt(key, error)
 
@@ -150,22 +154,15 @@ class AttributeKeys(_Declared):
 
     def _make(self) -> Attribute:
         own = {key: value for key, value in values_of(self).items() if key not in ("name", "type", "unit")}
-        unit = parse_unit(self.unit).dimension
-        own["default"] = _stored(self.type, unit, self.default)
-        return Attribute(TYPES[self.type], POSE if self.type == "pose" else (unit,), **own)
+        bare = _bare(self.type, parse_unit(self.unit).dimension)
+        if self.default is not None:
+            own["default"] = read_value(bare.field("default"), self.default)
+        return replace(bare, **own)
 
 
-def _stored(word: object, unit: Dimension, value: Any) -> Any:
-    """Default value of a type in the form that the graph stores; not yet checked."""
-    if word == "number" and value is not None:
-        return convert(value, unit, "default")
-    if word not in ("numbers", "pose") or not isinstance(value, list):
-        return value
-    dimensions = POSE if word == "pose" else (unit,) * len(value)
-    if len(value) != len(dimensions):
-        raise InputError(f"default must have {len(dimensions)} values, found {len(value)}.")
-    numbers = [convert(one, of, "default") for one, of in zip(value, dimensions, strict=True)]
-    return Pose2(*numbers) if word == "pose" else tuple(numbers)
+def _bare(word: str, unit: Dimension) -> Attribute:
+    """Attribute of a type without bounds, as which a default value is read."""
+    return Attribute(TYPES[word], POSE if word == "pose" else (unit,))
 
 
 class _WithAttributes(_Declared):
@@ -306,11 +303,6 @@ def _keys_of(cls: type[V], of: Kind | Relation) -> V:
 def _attribute_keys(name: str, of: Attribute) -> AttributeKeys:
     word = next(word for word, kind in TYPES.items() if kind is of.type)
     unit = str(of.dimensions[0]) if of.type in (float, tuple) else "1"
-    default = of.default
-    if isinstance(default, (tuple, Pose2)):
-        units = of.dimensions if isinstance(default, Pose2) else of.dimensions * len(default)
-        default = [f"{number!r} {unit}" for number, unit in zip(default, units, strict=True)]
-    elif isinstance(default, float):
-        default = f"{default!r} {unit}"
+    default = None if of.default is None else written(of.field("default"), of.default)
     known = vars(of) | {"name": name, "type": word, "unit": unit, "default": default}
     return AttributeKeys(**{key: known[key] for key in AttributeKeys._names})
