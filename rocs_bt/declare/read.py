@@ -288,7 +288,8 @@ class _Reading:
             table.fault(key, f"invalid value '{value}' for '{key}'.", hint)
         for valid in (mark for mark in each.marks if isinstance(mark, Valid)):
             if not valid.test(value):
-                table.fault(key, f"{value!r:.80} is not {valid.what}.", valid.hint)
+                empty = key is not None and not value.strip()
+                table.fault(key, f"{key} is empty." if empty else f"{value!r:.80} is not {valid.what}.", valid.hint)
                 return value
         if (names := each.mark(Names)) is not None and value:
             self._named_in(names, value, table, key)
