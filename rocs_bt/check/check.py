@@ -93,7 +93,6 @@ def check_content(
     paths: Sequence[Path] = (),
     *,
     code: bool = True,
-    progress: Callable[[float], None] = lambda done: None,
     dialect: str = "",
     palettes: Sequence[Path] = (),
     stub_unknown: bool = False,
@@ -104,7 +103,6 @@ def check_content(
     Args:
         paths: Files and folders; by default the project that contains the current folder.
         code: Whether missions may be loaded; if False, Python content is only parsed.
-        progress: Called with the number of finished files.
         dialect: Dialect of missions in XML, one of `dialects`; by default that of the scenarios, or as
             recognised.
         palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
@@ -115,13 +113,12 @@ def check_content(
         InputError: A palette cannot be read, or declares no node.
     """
     with unsaved(texts), read_once():
-        return _check_content(paths, code, progress, MissionOptions(dialect, stub_unknown=stub_unknown), palettes)
+        return _check_content(paths, code, MissionOptions(dialect, stub_unknown=stub_unknown), palettes)
 
 
 def _check_content(
     paths: Sequence[Path],
     code: bool,
-    progress: Callable[[float], None],
     options: MissionOptions,
     palettes: Sequence[Path],
 ) -> Findings:
@@ -140,7 +137,7 @@ def _check_content(
     models = {**together.models, **models}
     options = replace(options, models=models, palettes=bool(palettes), together=together, scenarios=scenarios)
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
-    found = _findings(_with_robots(entries), faults, checkers, progress)
+    found = _findings(_with_robots(entries), faults, checkers)
     return replace(found, files=tuple(dict.fromkeys(entry.path for entry, _ in entries)))
 
 
@@ -181,12 +178,10 @@ def _findings(
     entries: Sequence[tuple[Entry, Catalog]],
     faults: list[Fault],
     checkers: Mapping[str, Checker],
-    progress: Callable[[float], None] = lambda done: None,
 ) -> Findings:
     """Check entries; `faults` are those already found."""
     defect: BaseException | None = None
-    for done, (entry, catalog) in enumerate(entries):
-        progress(done)
+    for entry, catalog in entries:
         found, ended = _faults(entry, catalog, checkers)
         faults += found
         defect = defect or ended

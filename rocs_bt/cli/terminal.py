@@ -38,9 +38,9 @@ def safe(text: object) -> str:
     return _UNSAFE.sub(lambda found: found[0].encode("unicode_escape").decode(), str(text).replace("\r\n", "\n"))
 
 
-def styled(text: object, *, fg: str | None = None, bold: bool | None = None, dim: bool | None = None) -> str:
+def styled(text: object, *, fg: str | None = None, bold: bool | None = None) -> str:
     """Mark a text to be printed by `echo` in a colour or style; may be embedded in another text."""
-    codes = re.findall(r"\x1b\[([0-9;]*)m", click.style("", fg=fg, bold=bold, dim=dim, reset=False))
+    codes = re.findall(r"\x1b\[([0-9;]*)m", click.style("", fg=fg, bold=bold, reset=False))
     return f"{''.join(_mark(code) for code in codes)}{text}{_mark('0')}"
 
 

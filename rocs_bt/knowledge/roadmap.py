@@ -182,9 +182,7 @@ def _closed_reason(road: dict[str, Any], width: float, door: str | None) -> str:
     return "too narrow" if road.get("width", math.inf) < width else ""
 
 
-def add_lattice_roads(
-    knowledge: Knowledge, window: Window, *, spacing: float, clearance: float, prefix: str = "at"
-) -> list[str]:
+def add_lattice_roads(knowledge: Knowledge, window: Window, *, spacing: float, clearance: float) -> list[str]:
     """Add a square lattice of places and roads over the free space of a map.
 
     A place is added wherever the map is free and far enough from occupied and unknown cells. Each place is connected,
@@ -195,10 +193,9 @@ def add_lattice_roads(
         window: Map.
         spacing: Lattice spacing [m]; at least one cell.
         clearance: Minimum distance to occupied and unknown cells [m].
-        prefix: Prefix of the names, which are PREFIX_COLUMN_ROW.
 
     Returns:
-        Names of the places.
+        Names of the places, `at_COLUMN_ROW`.
 
     Raises:
         KnowledgeError: The spacing is less than a cell, or a name is taken.
@@ -215,7 +212,7 @@ def add_lattice_roads(
     every = spacing / window.cell
     rows, columns = (np.floor((np.arange(int(n / every)) + 0.5) * every).astype(int) for n in clear.shape)
     at = {(i, j): (int(r), int(c)) for i, r in enumerate(rows) for j, c in enumerate(columns) if clear[r, c]}
-    names = {key: f"{prefix}_{key[1]}_{key[0]}" for key in at}
+    names = {key: f"at_{key[1]}_{key[0]}" for key in at}
     with knowledge.graph.locked():
         for key, (r, c) in at.items():
             pose = Pose2(window.x + (c + 0.5) * window.cell, window.y + (r + 0.5) * window.cell, 0.0)

@@ -52,7 +52,6 @@ def load_rules(
     file: Path | Table,
     environment: Environment,
     actions: Mapping[str, type[Action]],
-    name: str = "",
     overrides: Mapping[str, Override] | None = None,
 ) -> RuleSet:
     """Load the rules of a file and check them against a robot.
@@ -64,13 +63,12 @@ def load_rules(
             has the column of its key.
         environment: Signals and constants of the robot.
         actions: Actions of the agent, keyed by name.
-        name: Name of the rule set; by default the name of the file without suffix.
         overrides: Values of thresholds that the robot declares, keyed by name.
 
     Raises:
         InputError: All faults of the file, each with line and column.
     """
-    rules, faults = read_rules(file, environment, actions, name, overrides)
+    rules, faults = read_rules(file, environment, actions, overrides)
     if wrong := [f for f in faults if not f.warning]:
         raise InputError(*wrong)
     return rules
@@ -80,7 +78,6 @@ def read_rules(
     file: Path | Table,
     environment: Environment,
     actions: Mapping[str, type[Action]],
-    name: str = "",
     overrides: Mapping[str, Override] | None = None,
 ) -> tuple[RuleSet, list[Fault]]:
     """Read the valid rules of a file, and the file's errors and warnings; arguments as in `load_rules`.
@@ -90,7 +87,7 @@ def read_rules(
     """
     documents = read_documents(file)
     top = documents[-1].table
-    label = name or top.file.stem
+    label = top.file.stem
     thresholds, faults = read_thresholds(documents, environment, overrides or {}, label)
     for key, node in thresholds.items():
         environment = environment.with_alias(key, node)

@@ -69,7 +69,6 @@ class MockDevices:
 def mock_devices(
     spec: RobotSpec,
     clock: Clock,
-    pose: Pose2 | None = None,
     *,
     period: float = 0.05,
     sink: EventSink | None = None,
@@ -83,7 +82,6 @@ def mock_devices(
     Args:
         spec: The robot; its drivers must be shipped ones.
         clock: Clock of the devices.
-        pose: Start pose, world frame; the origin by default.
         period: Control period [s].
         sink: Receiver of the safety gates' events.
         agent: Name of the agent in these events.
@@ -99,7 +97,7 @@ def mock_devices(
         mounts |= {site: Pose2(0.0, 0.0, math.tau * i / len(sites)) for i, site in enumerate(sites)}
     wheels = [each for each in motion if isinstance(each, Velocity)]
     motors = {name: factor for each in wheels for name, factor in zip(each.motors, each.factors, strict=True)}
-    robot = FlatRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts, motors, name=agent)
+    robot = FlatRobot(world, locomotion, Pose2(0.0, 0.0, 0.0), mounts, motors, name=agent)
     bound = [each.bind(s.name, world, robot.name) for s, each in zip(spec.sensors, devices, strict=True)]
     sensors: dict[str, Sensor] = {s.name: s if isinstance(s, MailboxSensor) else MockSensor(s) for s in bound}
     actuators = {

@@ -111,7 +111,7 @@ def examine_rules(
     Rules with errors are not analysed. Arguments as in `load_rules`. Faults are returned, never raised.
     """
     try:
-        found, faults = read_rules(file, environment, actions, overrides=overrides)
+        found, faults = read_rules(file, environment, actions, overrides)
         unused = unused_names(read_documents(file)[-1])
     except InputError as error:
         return list(error.faults)
