@@ -275,7 +275,7 @@ def _limits(actuator: ActuatorSpec) -> dict[str, float]:
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
     """Values of a rule file's thresholds that robot.toml declares, by name of the threshold."""
     own = robot.thresholds.get(rules.stem, Open())
-    return {name: Override(value, *place_of(own, name)) for name, value in own.items()}
+    return {name: Override(value, place_of(own, name)) for name, value in own.items()}
 
 
 def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:

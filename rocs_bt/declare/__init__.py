@@ -34,7 +34,7 @@ from .marks import (
     Valid,
     Word,
 )
-from .open import Open, Place, has_key, place_of
+from .open import NOWHERE, Open, Place, has_key, place_of
 from .read import Kind, names_of, note_twice, read, read_key, read_root, rows_in
 from .schema import json_schema
 from .values import checked, read_arguments, read_fields, read_value, read_values, refuse_faults
@@ -42,6 +42,7 @@ from .write import data_of
 
 __all__ = [
     "MISSING",
+    "NOWHERE",
     "Content",
     "Declared",
     "Field",

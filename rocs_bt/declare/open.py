@@ -10,11 +10,15 @@ from ..base.toml_table import Table
 
 
 class Place(NamedTuple):
-    """File, line and column of a value; `(None, 0, 0)` for one made by a program."""
+    """File, line and column of a value; see `NOWHERE`."""
 
     file: Path | None
     line: int
     column: int
+
+
+NOWHERE = Place(None, 0, 0)
+"""Place of a value made by a program."""
 
 
 class Open(dict[str, Any]):
@@ -39,7 +43,7 @@ def place_of(of: object, *key: str | None) -> Place:
     """Place of a key of a declared object or an open table, which may lead into tables, or of the table itself."""
     table: Table | None = getattr(of, "_table", None)
     path = () if table is None else (*table.key, *filter(None, key))
-    return Place(None, 0, 0) if table is None else Place(table.file, *table.position_of(path))
+    return NOWHERE if table is None else Place(table.file, *table.position_of(path))
 
 
 def has_key(of: object, key: str) -> bool:

@@ -19,14 +19,13 @@ import keyword
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 from ..base.errors import Fault, InputError, did_you_mean, unknown
 from ..base.units import NONE, Quantity, convert, parse_quantity, unit_names
 from ..control.body_values import BODY_VALUES as ROBOT_VALUES
-from ..declare import Open
+from ..declare import NOWHERE, Open, Place
 from ..expression import FUNCTIONS, Environment, Kind, Node, evaluate
 from .arguments import ExpressionReader, words
 from .include import Document
@@ -44,15 +43,11 @@ class Override:
 
     Attributes:
         value: Value as written in the file, such as `0.5 m`.
-        file: File that declares the value.
-        line: Line, 1-based; 0 if unknown.
-        column: Column, 1-based; 0 if unknown.
+        place: Position of the value.
     """
 
     value: Any
-    file: Path | None = None
-    line: int = 0
-    column: int = 0
+    place: Place = NOWHERE
 
 
 def usable(name: str, taken: Collection[str]) -> bool:
@@ -119,8 +114,7 @@ class _ThresholdReader:
         for name, own in self._overrides.items():
             if name not in self._declared:
                 hint = did_you_mean(name, self._declared, f"The rule file '{rules}'")
-                fault = Fault(f"no threshold of '{rules}' is named '{name}'.", hint=hint)
-                self._faults.append(replace(fault, file=own.file, line=own.line, column=own.column))
+                self._faults.append(Fault(f"no threshold of '{rules}' is named '{name}'.", *own.place, hint))
         return {name: self._nodes[name] for name in self._declared if name in self._nodes}, self._faults
 
     def _node(self, name: str) -> Node | None:
@@ -138,7 +132,7 @@ class _ThresholdReader:
             try:
                 node = _constant(name, _quantity(name, own.value, node))
             except InputError as error:
-                self._faults.extend(error.at(own.file, own.line, own.column).faults)
+                self._faults.extend(error.at(*own.place).faults)
         self._open.pop()
         if node is not None:
             self._nodes[name] = node
