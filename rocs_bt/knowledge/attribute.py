@@ -14,6 +14,7 @@ from ..base.geometry import Pose2
 from ..base.toml_table import Table
 from ..base.units import NONE, Bounds, Dimension, Metres, Radians
 from ..declare import MISSING, Field, Keys, Scope, Value
+from ..event import Value as PlainValue
 
 
 class Live:
@@ -164,6 +165,12 @@ class Attribute:
     def __str__(self) -> str:
         units = ", ".join(dict.fromkeys(str(d) for d in self.dimensions))
         return _WORDS[self.type].format(units=units, count=f"{self.size} " if self.size else "")
+
+
+def plain(value: Any) -> PlainValue:
+    """A value of the graph in the form that events and messages hold: a list for a tuple or a pose."""
+    found: PlainValue = list(value) if isinstance(value, tuple) else value
+    return found
 
 
 _WORDS: dict[type, str] = {

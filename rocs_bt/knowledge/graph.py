@@ -13,9 +13,9 @@ from typing import Any
 from ..base.clock import Clock
 from ..base.errors import KnowledgeError
 from ..event import EventSink, KnowledgeChanged
-from .attribute import Attribute, Live
+from .attribute import Attribute, Live, plain
 from .declaration import NAME_LIMIT, checked, is_name, lookup
-from .readable import Readable, Stamp
+from .readable import Readable, Stamp, known
 from .schema import SCHEMA, Schema
 from .signals import Array
 from .spatial_index import Batch
@@ -257,7 +257,7 @@ class KnowledgeGraph(Readable):
                 what = "edge changed" if any(row[n] != v for n, v in values.items()) else ""
             row.write(values, t, self.revision + 1 if what else row["revision"])
             if what:
-                self._edge_change(what, source, relation, target, t, _present(row, declared.attributes))
+                self._edge_change(what, source, relation, target, t, known(row, declared.attributes))
         self._deliver()
 
     def unrelate(self, source: str, relation: str, target: str) -> None:
@@ -336,7 +336,7 @@ class KnowledgeGraph(Readable):
     def _change(self, what: str, node: str, name: str, value: Any, t: float, kind: str) -> int:
         self.revision = revision = self.revision + 1
         change = KnowledgeChanged(
-            t=t, agent=self.agent, what=what, subject=node, name=name, value=_plain(value), revision=revision
+            t=t, agent=self.agent, what=what, subject=node, name=name, value=plain(value), revision=revision
         )
         self._sink.emit(change)
         if self._subscribers.all:
@@ -355,7 +355,7 @@ class KnowledgeGraph(Readable):
             name=relation,
             value=target,
             revision=self.revision,
-            attributes={n: _plain(v) for n, v in attributes.items()},
+            attributes={n: plain(v) for n, v in attributes.items()},
         )
         self._sink.emit(change)
         if self._subscribers.all:
@@ -382,11 +382,3 @@ class _Lock(AbstractContextManager[Any]):
 
     def __exit__(self, *error: object) -> None:
         self._graph._release()
-
-
-def _present(row: Row, declared: Mapping[str, Attribute]) -> dict[str, Any]:
-    return {name: row[name] for name in declared if row[name] is not None}
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value

@@ -102,7 +102,7 @@ class Readable(ABC):
             KnowledgeError: No such node; lists what exists.
         """
         row = self._row(node)
-        return _known(row, self.schema.kinds[row["kind"]].attributes)
+        return known(row, self.schema.kinds[row["kind"]].attributes)
 
     def related(self, source: str, relation: str) -> list[str]:
         """The targets of a node's outgoing edges of a relation, in insertion order.
@@ -129,7 +129,7 @@ class Readable(ABC):
         self._row(target)
         targets = self.targets(source, relation)
         self._ends(source, relation, targets)
-        return _known(targets[target], self.schema.relation(relation).attributes) if target in targets else None
+        return known(targets[target], self.schema.relation(relation).attributes) if target in targets else None
 
     def edges(self, relation: str | None = None) -> list[tuple[str, str, str]]:
         """All edges, or those of a relation, as (source, relation, target), grouped by relation and then by source.
@@ -207,5 +207,6 @@ class Readable(ABC):
         return list(ends)
 
 
-def _known(row: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str, Any]:
+def known(row: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a row that are not unknown."""
     return {name: row[name] for name in declared if row[name] is not None}

@@ -23,8 +23,8 @@ from ..event import (
     SwapRefused,
 )
 from ..knowledge import Stamp
+from ..knowledge.attribute import plain
 from ..knowledge.history import State
-from ..knowledge.history.state import plain
 from .diverge import describe
 from .moment import SLACK, Moment
 

@@ -9,10 +9,11 @@ from typing import Any
 from ..base.errors import KnowledgeError
 from ..base.geometry import Pose2, Twist2, along_arc
 from ..event import KnowledgeChanged
+from ..knowledge.attribute import plain
 from ..knowledge.knowledge import Knowledge
 from .inbox import Counts
 from .replica import Entry, Key, Plain, Replica
-from .scope import PEER, Scope, agent_of, from_shared, to_shared
+from .scope import PEER, Scope, agent_of, from_shared
 from .wire import fits
 
 STATE = ("pose", "speed", "turn_rate", "spread", "z")
@@ -150,12 +151,12 @@ class Mirror:
             attributes = graph.edge(node, key[1], other)
             if attributes is None:
                 return None
-            return {name: to_shared(v) for name, v in attributes.items()}  # type: ignore[misc]  # on edges none is a mapping
+            return {name: plain(v) for name, v in attributes.items()}
         if kind != key[1]:
             return None
         if node == self._agent and key[2] in STATE:
             return self._state.get(key[2])
-        return to_shared(graph.attributes(node).get(key[2]))
+        return plain(graph.attributes(node).get(key[2]))
 
     # -- from the replica to the graph ------------------------------------------------------------------------------
 

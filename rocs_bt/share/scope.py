@@ -173,12 +173,6 @@ def agent_of(origin: str) -> str:
     return origin.partition("#")[0]
 
 
-def to_shared(value: Any) -> Plain:
-    """Convert a value of the graph to its shared form."""
-    plain: Plain = list(value) if isinstance(value, tuple) else value
-    return plain
-
-
 def from_shared(declared: Attribute, value: Plain) -> Any:
     """Convert a shared value to the form of the graph.
 

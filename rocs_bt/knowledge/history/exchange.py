@@ -17,11 +17,12 @@ from ...base.errors import Fault, InputError, KnowledgeError
 from ...base.files import is_file, read_text
 from ...base.nesting import check_nesting
 from ...event import NullSink, Value
+from ..attribute import plain
 from ..declaration import checked
 from ..graph import KnowledgeGraph
 from ..readable import Stamp
 from ..schema import SCHEMA, Schema
-from .state import State, plain, typed
+from .state import State, typed
 
 FORMAT = "knowledge/1"
 _INT64 = 1 << 63

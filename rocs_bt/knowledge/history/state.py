@@ -9,7 +9,7 @@ from typing import Any
 
 from ...base.geometry import Pose2
 from ...event import KnowledgeChanged, Value
-from ..attribute import Attribute
+from ..attribute import Attribute, plain
 from ..declaration import Kind, Relation
 from ..graph import KnowledgeGraph
 from ..readable import Readable, Stamp
@@ -247,8 +247,3 @@ def typed(value: Value, declared: Attribute | None) -> Any:
     if isinstance(value, list):
         return Pose2(*value) if declared is not None and declared.type is Pose2 and len(value) == 3 else tuple(value)
     return value
-
-
-def plain(value: Any) -> Value:
-    """A value of the graph in the form that events hold: a list for a tuple or a pose."""
-    return list(value) if isinstance(value, tuple) else value
