@@ -135,8 +135,8 @@ class RosCall(Protocol):
         """Drop the call; its response is ignored."""
 
 
-class RosServiceClient(Protocol):
-    """Client of a service."""
+class RosClient(Protocol):
+    """Client of a service or an action."""
 
     def ready(self) -> bool:
         """Whether a server is there that matches."""
@@ -144,11 +144,15 @@ class RosServiceClient(Protocol):
     def mismatch(self) -> str:
         """Reason why a server of that name does not match, such as another type; empty if there is none."""
 
-    def call(self, request: Mapping[str, Any]) -> RosCall:
-        """Send a request."""
-
     def close(self) -> None:
         """Close the client."""
+
+
+class RosServiceClient(RosClient, Protocol):
+    """Client of a service."""
+
+    def call(self, request: Mapping[str, Any]) -> RosCall:
+        """Send a request."""
 
 
 class GoalState(Enum):
@@ -194,23 +198,14 @@ class RosGoal(Protocol):
         """Ask the server to cancel the goal, at once or after its acceptance. Never waits."""
 
 
-class RosActionClient(Protocol):
+class RosActionClient(RosClient, Protocol):
     """Client of an action."""
-
-    def ready(self) -> bool:
-        """Whether a server is there that matches."""
-
-    def mismatch(self) -> str:
-        """Reason why a server of that name does not match, such as another type; empty if there is none."""
 
     def servers(self) -> Mapping[str, str]:
         """Servers: the name of their node, empty if unknown, by an identity that a restarted server does not keep."""
 
     def send(self, goal: Mapping[str, Any]) -> RosGoal:
         """Send a goal."""
-
-    def close(self) -> None:
-        """Close the client."""
 
 
 class AcceptedGoal(Protocol):

@@ -114,24 +114,20 @@ class Translator:
         return value
 
     def number(self, value: float) -> Number:
-        """Constant."""
         if value not in self._constants:
             real = exact(value if math.isfinite(value) else 0.0, self.context)
             self._constants[value] = Number(real, value == math.inf, value == -math.inf, math.isnan(value))
         return self._constants[value]
 
     def real(self) -> Term:
-        """New variable for a real number."""
         self._variables += 1
         return z3.Real(f"r{self._variables}", self.context)
 
     def flag(self) -> Term:
-        """New variable for a truth value."""
         self._variables += 1
         return z3.Bool(f"b{self._variables}", self.context)
 
     def require(self, condition: Condition | Term, steady: bool = False, partly: bool = False) -> None:
-        """Add a condition on variables; see `Question`."""
         if not isinstance(condition, Condition):
             condition = Condition(condition, steady, self._text if partly else "")
         self._conditions[condition] = None

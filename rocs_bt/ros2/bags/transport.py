@@ -67,7 +67,6 @@ class BagTransport:
         self._fetch(self._begin)
 
     def reader(self, topic: str, type: str, qos: QoS) -> BagReader:
-        """Open a subscription; see `Transport`."""
         reader = BagReader(topic, type, qos.depth)
         self._readers.setdefault(topic, []).append(reader)
         return reader
@@ -90,7 +89,6 @@ class BagTransport:
         return [Endpoint(name, each.type, "bag", True, QoS.LATCHED) for name, each in self._bag.topics.items()]
 
     def now(self) -> float:
-        """Present time on the clock of the samples' stamps [s since 1970]."""
         return self._now * 1e-9
 
     def close(self) -> None:
@@ -149,12 +147,10 @@ class BagReader:
         self.samples: deque[Sample] = deque(maxlen=depth)
 
     def take(self) -> Sample | None:
-        """Take the newest message since the last call, and drop older ones; None if there is none."""
         samples = self.take_all()
         return samples[-1] if samples else None
 
     def take_all(self) -> list[Sample]:
-        """Take all messages that are kept, oldest first."""
         samples = list(self.samples)
         self.samples.clear()
         return samples

@@ -26,7 +26,6 @@ class KnownTypes:
         self._found: dict[str, Mapping[str, RosField] | None] = {}
 
     def fields(self, type: str) -> Mapping[str, RosField] | None:
-        """Fields of a type; see `RosTypes`."""
         if type not in self._found:
             stored = self._stored(type) if "/msg/" in type else None
             self._found[type] = self._installed(type) if stored is None else stored

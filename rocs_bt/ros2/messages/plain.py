@@ -21,7 +21,6 @@ class PlainMessage:
         self._message = message
 
     def get(self, path: FieldPath = ()) -> Any:
-        """Value of a field; see `RosMessage`."""
         value = self._message
         for part in path:
             if isinstance(part, int):

@@ -66,15 +66,12 @@ class DdsTransport:
         self._node, self._namespace = node, "/" + settings.namespace.strip("/")
 
     def reader(self, topic: str, type: str, qos: QoS) -> _Reader:
-        """Open a subscription; see `Transport`."""
         return self._opened(_Reader(self, topic, type, qos))
 
     def writer(self, topic: str, type: str, qos: QoS) -> _Writer:
-        """Open a publisher; see `Transport`."""
         return self._opened(_Writer(self, topic, type, qos))
 
     def endpoints(self) -> list[Endpoint]:
-        """Endpoints of all nodes; see `Transport`."""
         self._read_names()
         return [*self._found(self._publications, True), *self._found(self._subscriptions, False)]
 
@@ -82,7 +79,6 @@ class DdsTransport:
         return time.time()
 
     def close(self) -> None:
-        """Close all endpoints, and leave the network."""
         for endpoint in [*self._endpoints, self._announced, self._others]:
             endpoint.close()
         self._endpoints.clear()

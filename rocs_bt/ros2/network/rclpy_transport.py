@@ -70,15 +70,12 @@ class RclpyTransport:
             raise DeviceError(f"the ROS domain {settings.domain_id} cannot be joined: {error}") from error
 
     def reader(self, topic: str, type: str, qos: QoS) -> _Reader:
-        """Open a subscription; see `Transport`."""
         return _Reader(self.node, topic, type, qos)
 
     def writer(self, topic: str, type: str, qos: QoS) -> _Writer:
-        """Open a publisher; see `Transport`."""
         return _Writer(self.node, topic, type, qos)
 
     def endpoints(self) -> list[Endpoint]:
-        """Endpoints of all nodes; see `Transport`."""
         found = []
         for topic, _ in self.node.get_topic_names_and_types():
             for publishes, listed in (
@@ -95,7 +92,6 @@ class RclpyTransport:
         return time.time()
 
     def close(self) -> None:
-        """Close the node, and leave the network."""
         self.node.destroy_node()
         self.context.try_shutdown()
 

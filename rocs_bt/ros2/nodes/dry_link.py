@@ -35,7 +35,6 @@ class DryLink:
         return _DryPublisher()
 
     def subscription(self, topic: str, type: str, qos: str) -> RosSubscription:
-        """Open a subscription; see `RosLink`."""
         return self._link.subscription(topic, type, qos)
 
     def service(self, name: str, type: str) -> RosServiceClient:

@@ -63,29 +63,23 @@ class NodeLink:
             return self._connect()
 
     def publisher(self, topic: str, type: str, qos: str) -> RosPublisher:
-        """Open a publisher; see `RosLink`."""
         with self._lock:
             return _Publisher(self._node, self._node.writer(topic, type, _QOS[qos]), _QOS[qos])
 
     def subscription(self, topic: str, type: str, qos: str) -> RosSubscription:
-        """Open a subscription; see `RosLink`."""
         with self._lock:
             return _Subscription(self._node, self._node.reader(topic, type, _QOS[qos]), _QOS[qos])
 
     def service(self, name: str, type: str) -> RosServiceClient:
-        """Open a client of a service; see `RosLink`."""
         return self._rclpy(f"'{name}'").service(self._node.settings.topic(name), type)
 
     def action(self, name: str, type: str) -> RosActionClient:
-        """Open a client of an action; see `RosLink`."""
         return self._rclpy(f"'{name}'").action(self._node.settings.topic(name), type)
 
     def action_server(self, name: str, type: str) -> RosActionServer:
-        """Open a server of an action; see `RosLink`."""
         return self._rclpy(f"'{name}'").action_server(self._node.settings.topic(name), type)
 
     def trigger(self, name: str) -> RosTrigger:
-        """Open a server of std_srvs/srv/Trigger; see `RosLink`."""
         return self._rclpy(f"'{name}'").trigger(self._node.settings.topic(name))
 
     def close(self) -> None:
