@@ -72,10 +72,32 @@ def one_unit(args: Sequence[Node]) -> Kind:
     return Kind(same_dimension(args, "it"))
 
 
-def one_group(args: Sequence[Node]) -> Kind:
-    """A number in the unit of one group."""
-    _count(args, 1)
-    return Kind(same_dimension(args, "it"))
+def numbers(
+    count: int, result: Callable[[Dimension], Kind], *, groups: bool = False
+) -> Callable[[Sequence[Node]], Kind]:
+    """Create the `kind` function of a function of numbers in one unit.
+
+    Args:
+        count: Number of arguments.
+        result: Function from the unit to the kind of the result.
+        groups: Whether an argument may be a group.
+    """
+
+    def kind(args: Sequence[Node]) -> Kind:
+        _count(args, count)
+        if not groups:
+            _single(args)
+        return result(same_dimension(args, "it"))
+
+    return kind
+
+
+one_group = numbers(1, Kind, groups=True)
+index = numbers(1, lambda unit: PLAIN, groups=True)
+direction = numbers(1, lambda unit: PLAIN)
+change = numbers(1, lambda unit: Kind(unit / TIME))
+length = numbers(2, Kind)
+arc = numbers(2, lambda unit: Kind(ANGLE))
 
 
 def truths(result: Kind) -> Callable[[Sequence[Node]], Kind]:
@@ -101,21 +123,6 @@ def limited(args: Sequence[Node]) -> Kind:
     _count(args, 3)
     _single(args[1:])
     return Kind(same_dimension(args, "it"), args[0].kind.size)
-
-
-def length(args: Sequence[Node]) -> Kind:
-    """A length of two components."""
-    _count(args, 2)
-    _single(args)
-    return Kind(same_dimension(args, "it"))
-
-
-def direction(args: Sequence[Node]) -> Kind:
-    """A plain number that depends on a sign."""
-    _count(args, 1)
-    _single(args)
-    same_dimension(args, "it")
-    return PLAIN
 
 
 def root(args: Sequence[Node]) -> Kind:
@@ -158,21 +165,6 @@ def product(args: Sequence[Node]) -> Kind:
     return Kind(same_dimension([group], "it") * same_dimension([vector], "it"))
 
 
-def arc(args: Sequence[Node]) -> Kind:
-    """An angle of two components."""
-    _count(args, 2)
-    _single(args)
-    same_dimension(args, "it")
-    return Kind(ANGLE)
-
-
-def index(args: Sequence[Node]) -> Kind:
-    """An index in a group."""
-    _count(args, 1)
-    same_dimension(args, "it")
-    return PLAIN
-
-
 def past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
     """Create the `kind` function of a temporal operator on truth values."""
 
@@ -186,10 +178,3 @@ def past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
         return result
 
     return kind
-
-
-def change(args: Sequence[Node]) -> Kind:
-    """A number in a unit per time."""
-    _count(args, 1)
-    _single(args)
-    return Kind(same_dimension(args, "it") / TIME)
