@@ -92,13 +92,6 @@ def test_commands_are_twists(exp1, topics):
     assert message.twist.linear.x == 0.0  # the last command stops the robot
 
 
-def test_joint_states_are_wheel_speeds(exp1, topics):
-    reads = events_of(exp1, SensorRead, sensor="encoders")
-    for (_, message), event in zip(topics["/joint_states"], reads, strict=True):
-        assert list(message.name) == ["left_wheel", "right_wheel"]
-        np.testing.assert_allclose(message.velocity, np.array(event.values) / RADIUS, rtol=1e-12)
-
-
 def test_ground_truth_of_all_bodies(exp1, topics):
     for body, topic in (("R2", "/ground_truth"), ("R1", "/r1/ground_truth")):
         moved = events_of(exp1, BodyMoved, body=body)

@@ -3,13 +3,7 @@
 import pytest
 
 from rocs_bt.event import BodyMoved, ListSink, Said
-from rocs_bt.record.header import AgentInfo, RunHeader
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.running.metrics import Metrics
 from rocs_bt.running.run_record import EventBatch
-
-R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
-HEADER = RunHeader(scenario="one", seed=1, agents=(R2,))
 
 
 class Batches(ListSink):
@@ -54,26 +48,3 @@ def test_what_a_sink_refuses_is_not_handed_on_again():
         batch.flush()
     batch.flush()
     assert before.sizes == [1]
-
-
-def test_a_recording_and_its_metrics_are_the_same(tmp_path):
-    recorded, counted = [], []
-    for together in (1, 3, 7, 1000):
-        recorder, metrics = Recorder(tmp_path / f"{together}.mcap", HEADER), Metrics(HEADER)
-        batch, told = EventBatch(metrics, recorder), list(events())
-        for k, event in enumerate(told, 1):
-            batch.emit(event)
-            if k % together == 0:
-                batch.flush()
-        batch.flush()
-        recorder.close()
-        recorded.append((tmp_path / f"{together}.mcap").read_bytes())
-        counted.append(metrics.of(R2, 9.0))
-    plain, metrics = Recorder(tmp_path / "plain.mcap", HEADER), Metrics(HEADER)
-    for event in events():
-        plain.emit(event)
-        metrics.emit(event)
-    plain.close()
-    assert recorded == [(tmp_path / "plain.mcap").read_bytes()] * 4
-    assert counted == [metrics.of(R2, 9.0)] * 4
-    assert counted[0].path_length > 3.0
