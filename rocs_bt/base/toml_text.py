@@ -90,7 +90,7 @@ def as_toml(document: Mapping[str, Any], levels: int = 0) -> str:
         document: Data of the document.
         levels: Number of levels of tables that are written as `[name]`; deeper ones are written in a line.
     """
-    arrays = {name: value for name, value in document.items() if _are_tables(value)}
+    arrays = {name: value for name, value in document.items() if are_tables(value)}
     lines = [*_sections({name: value for name, value in document.items() if name not in arrays}, "", levels)]
     for name, each in arrays.items():
         for table in each:
@@ -114,7 +114,8 @@ def as_data(value: Any) -> Any:
     return [as_data(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
-def _are_tables(value: object) -> bool:
+def are_tables(value: object) -> bool:
+    """Whether a value is a list of tables, such as `[[sensor]]`."""
     return isinstance(value, list) and bool(value) and all(isinstance(each, dict) for each in value)
 
 

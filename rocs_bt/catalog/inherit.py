@@ -13,7 +13,7 @@ from typing import Any
 
 from ..base.errors import InputError
 from ..base.toml_table import KnownKey, Table, read_toml
-from ..base.toml_text import Key
+from ..base.toml_text import Key, are_tables
 from ..declare import Open
 from .device_spec import DEVICES, wiring_keys
 
@@ -95,7 +95,7 @@ def _merged(
         if isinstance(value, dict) and isinstance(inherited, dict):
             _move(positions, found, here, to, deep=False)
             merged[name] = _merged(value, inherited, here, to, positions, found)
-        elif inherited is not None and _are_tables(value) and _are_tables(inherited):
+        elif inherited is not None and are_tables(value) and are_tables(inherited):
             merged[name] = _merged_arrays(value, inherited, here, to, positions, found)
         else:
             _move(positions, found, here, to)
@@ -126,10 +126,6 @@ def _merged_arrays(
         else:
             merged[at] = _merged(table, base[at], here, to, positions, found)
     return merged
-
-
-def _are_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
 
 
 def _move(positions: Positions, found: Positions, key: Key, to: Key, *, deep: bool = True) -> None:
