@@ -37,12 +37,14 @@ class KnownKey(NamedTuple):
         options: Valid values; empty if there are others.
         default: Value without the key; None if there is none, or if the key is required.
         required: Whether the key must be given.
+        doc: Description.
     """
 
     kind: str = ""
     options: tuple[str, ...] = ()
     default: Any = None
     required: bool = False
+    doc: str = ""
 
 
 class Table:

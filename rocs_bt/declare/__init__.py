@@ -14,6 +14,7 @@ from .fields import (
     options_of,
     own_fields,
     replaced,
+    summary_of,
     values_of,
 )
 from .marks import (
@@ -90,5 +91,6 @@ __all__ = [
     "refuse_faults",
     "replaced",
     "rows_in",
+    "summary_of",
     "values_of",
 ]

@@ -144,7 +144,7 @@ class Field:
     @functools.cached_property
     def known(self) -> KnownKey:
         """The field as editors show it."""
-        return KnownKey(self.words, self.options, None if self.required else self.default, self.required)
+        return KnownKey(self.words, self.options, None if self.required else self.default, self.required, self.doc)
 
     @functools.cached_property
     def options(self) -> tuple[str, ...]:
@@ -255,6 +255,11 @@ def _own_annotations(cls: type) -> dict[str, Any]:
     """Annotations of a class, without those of its bases, that declare fields."""
     hints = inspect.get_annotations(cls)
     return {name: hint for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)}
+
+
+def summary_of(cls: type) -> str:
+    """First paragraph of the docstring of a class, in one line."""
+    return " ".join((inspect.getdoc(cls) or "").partition("\n\n")[0].split())
 
 
 @functools.cache

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 from math import isfinite
 from typing import Any
 
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, units_of
-from .fields import Declared, Field, fields_of
+from .fields import Declared, Field, fields_of, summary_of
 from .marks import InFile, InUnit, Keys, Kinds, ReadBy, Registered, Rest, Word
 from .write import written
 
@@ -43,9 +42,8 @@ def _table(cls: type[Declared], needed: bool) -> dict[str, Any]:
         elif each.is_key:
             properties[each.key] = _value(each, needed)
             required += [each.key] if needed and (each.required or each.mark(InFile) is not None) else []
-    doc = inspect.getdoc(cls) or ""
     schema = {"type": "object", "properties": properties, "required": required, "additionalProperties": is_open}
-    return schema | {"description": doc.partition("\n\n")[0].replace("\n", " ")}
+    return schema | {"description": summary_of(cls)}
 
 
 def _value(each: Field, needed: bool) -> dict[str, Any]:
@@ -57,11 +55,8 @@ def _value(each: Field, needed: bool) -> dict[str, Any]:
     if (word := each.mark(Word)) is not None:
         one = {"anyOf": [{"const": word.text}, one]}
     plain = isinstance(each.default, (bool, int, str)) or (isinstance(each.default, float) and isfinite(each.default))
-    return (
-        one
-        | ({"default": written(each, each.default)} if plain else {})
-        | ({"description": each.doc} if each.doc else {})
-    )
+    one |= {"default": written(each, each.default)} if plain else {}
+    return one | ({"description": each.doc} if each.doc else {})
 
 
 def _one(each: Field, needed: bool) -> dict[str, Any]:

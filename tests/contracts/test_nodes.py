@@ -7,6 +7,7 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import summary_of
 from rocs_bt.plan import action_nodes, mission_nodes
 from rocs_bt.ros2.nodes import ROS_NODES
 from rocs_bt.trees.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
@@ -46,7 +47,7 @@ def test_the_nodes_of_our_own_are_these():
 def test_a_node_says_what_it_is_and_its_ports_can_be_written_in_a_file(tag):
     node = EVERY[tag]
     assert issubclass(node, Node)
-    assert len(node.description()) > 3
+    assert len(summary_of(node)) > 3
     assert re.fullmatch(r"[A-Za-z][A-Za-z0-9]*", tag)
     assert node.kind in ("Control", "Decorator", "Action", "Condition", "SubTree")
     family = Control if node.kind == "Control" else Decorator if node.kind in ("Decorator", "SubTree") else Leaf

@@ -97,9 +97,8 @@ def test_descriptions(yard):
     assert describe(file, text, text.index('goal="gate"')).detail == "input string required"
     assert describe(file, text, text.index("what to do")) is None
     scenario = (yard / "scenarios" / "first.toml").read_text("utf-8")
-    assert describe(yard / "scenarios" / "first.toml", scenario, scenario.index("duration") + 1).detail == (
-        "a quantity [s], default 60.0"
-    )
+    key = describe(yard / "scenarios" / "first.toml", scenario, scenario.index("duration") + 1)
+    assert (key.detail, key.doc) == ("a quantity [s], default 60.0", "Time limit of the episode [s].")
 
 
 def test_definitions(yard):

@@ -8,6 +8,7 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
+from rocs_bt.declare import summary_of
 from rocs_bt.interfaces.action import ActionFailed, Failure, Reason
 from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.nav2.lenient import Served
@@ -170,7 +171,7 @@ def test_a_node_that_needs_ros_returns_what_its_doc_says(grow, tag):
     ports = 'error_code_id="{code}" error_msg="{why}"' if served else ""
     made = grow(f"<{tag} {ports}/>")
     assert outcome_name(made.tick()) == outcome
-    doc = NAV2[tag].description()
+    doc = summary_of(NAV2[tag])
     said = made.root.feedback_message
     assert why in said
     assert doc == f"{outcome}{f' with the code {code}' if code else ''}: {said}."

@@ -12,6 +12,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence as StockSequence
 
 from rocs_bt.base.errors import InputError
+from rocs_bt.declare import summary_of
 from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, Instant, Leaf, Tree
 from rocs_bt.trees.status import IDLE, SUCCESS
 
@@ -139,7 +140,7 @@ def test_a_leaf_that_gives_no_outcome_is_named(base, wrong):
 @pytest.mark.parametrize("tag", sorted(BUILTIN))
 def test_every_node_says_what_it_and_its_ports_are_for(tag):
     node = BUILTIN[tag]
-    assert node.description().endswith((".", "_count`."))
+    assert summary_of(node).endswith((".", "_count`."))
     assert all(port.doc for port in node.ports.values())
 
 

@@ -35,7 +35,7 @@ def complete_toml(path: Path, text: str, at: int, *, code: bool = True) -> list[
     blank = text[:begin] + text[end:]
     if header := re.match(r"[ \t]*\[\[?[ \t]*([\w.-]*)$", before):
         tables = {n: k for n, k in _known(path, blank, (), code).items() if "table" in k.kind}
-        return [Item(n, "table", k.kind, "", n, at - len(header[1]), at) for n, k in tables.items()]
+        return [Item(n, "table", k.kind, k.doc, n, at - len(header[1]), at) for n, k in tables.items()]
     table, value = _table_at(path, blank, text.count("\n", 0, at)), _VALUE.match(before)
     if inline := _INLINE.search(before):
         open_line = before.removesuffix(inline[2]).rstrip(" \t,")
@@ -52,7 +52,7 @@ def complete_toml(path: Path, text: str, at: int, *, code: bool = True) -> list[
 
 
 def describe_toml(path: Path, text: str, at: int, *, code: bool = True) -> Description | None:
-    """Type, unit, default and valid values of the key at an offset."""
+    """Description, type, unit, default and valid values of the key at an offset."""
     begin = text.rfind("\n", 0, at) + 1
     line = text[begin:].partition("\n")[0]
     if not (found := re.match(r"[ \t]*([\w.-]+)[ \t]*=", line)) or found.start(1) > at - begin:
@@ -61,7 +61,7 @@ def describe_toml(path: Path, text: str, at: int, *, code: bool = True) -> Descr
     known = _known(path, text, key[:-1], code).get(str(key[-1]))
     if known is None:
         return None
-    return Description(found[1], _detail(known), "", (), begin + found.start(1), begin + found.end(1))
+    return Description(found[1], _detail(known), known.doc, (), begin + found.start(1), begin + found.end(1))
 
 
 def define_toml(path: Path, text: str, at: int, *, code: bool = True) -> Place | None:
@@ -143,7 +143,7 @@ def _keys(path: Path, blank: str, table: Key, typed: str, at: int, code: bool) -
     for name, key in sorted(known, key=lambda pair: not pair[1].required):
         table_like = key.kind in ("a list of tables", "a table of tables")
         if not table_like:
-            items.append(Item(name, "key", _detail(key), "", f"{name} = {_pattern(key)}", at - len(typed), at))
+            items.append(Item(name, "key", _detail(key), key.doc, f"{name} = {_pattern(key)}", at - len(typed), at))
     return items
 
 

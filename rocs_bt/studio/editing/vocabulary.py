@@ -12,6 +12,7 @@ from ...base.errors import InputError
 from ...base.files import read_text
 from ...catalog import Catalog, make_entry
 from ...check.xml_mission import declared_dialect
+from ...declare import summary_of
 from ...plan import mission_nodes, shipped_nodes
 from ...plan.dialects import recognise
 from ...trees.nodes import CONDITIONS, Node, Port
@@ -125,8 +126,7 @@ _ACTIONS = action_table()
 def _node(cls: type[Node]) -> NodeInfo:
     ports = [_port(port) for port in cls.ports.values()]
     source: type = _ACTIONS.get(getattr(cls, "action", ""), cls)
-    doc = (inspect.getdoc(source) or "").partition("\n\n")[0].replace("\n", " ")
-    return NodeInfo(cls.tag, cls.kind, doc, (*ports, *_COMMON), source=source)
+    return NodeInfo(cls.tag, cls.kind, summary_of(source), (*ports, *_COMMON), source=source)
 
 
 _COMMON = (

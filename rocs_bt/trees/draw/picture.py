@@ -10,7 +10,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from ...base.errors import Fault
-from ...declare import MISSING
+from ...declare import MISSING, summary_of
 from ..board import Board
 from ..examine import Flow, Use, flow_of
 from ..nodes import Direction, Node, SubTree, Tree, pointed
@@ -148,7 +148,7 @@ def _card(node: Behaviour, tree: Tree, flow: Flow, depth: int) -> Card:
         )
         return Card(node.name, tag, kind, (), depth)
     tag = f"SubTree {node.tree}" if isinstance(node, SubTree) else node.tag
-    location, doc = "", "" if isinstance(node, SubTree) else type(node).description()
+    location, doc = "", "" if isinstance(node, SubTree) else summary_of(type(node))
     if isinstance(node.origin, Element):
         source = node.origin.source
         line, _ = source.position(node.origin.at)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
@@ -231,12 +230,6 @@ class Node(Behaviour):
         if len(cls._accepted) >= MAX_ACCEPTED:
             cls._accepted.clear()
         cls._accepted.add(known)
-
-    @classmethod
-    def description(cls) -> str:
-        """First paragraph of the class's docstring, in one line."""
-        first = (inspect.getdoc(cls) or "").split("\n\n")[0]
-        return " ".join(first.split())
 
     @property
     def board(self) -> Board:
