@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import re
+from typing import Annotated, Literal
 
 import pytest
 
 from rocs_bt.base.errors import InputError
+from rocs_bt.base.units import PositiveCount, PositiveMetres
 from rocs_bt.trees.nodes import BUILTIN, InOut, Instant, Leaf, Output, Syntax, Tree
 from rocs_bt.trees.status import SUCCESS, outcome_name
 from rocs_bt.trees.xml import read_document, verify
@@ -50,6 +52,24 @@ class TestPorts:
         (fault,) = verify(document, {**BUILTIN, "Custom": Custom})
         assert fault.line == 3
         assert f"port 'size': '{text}' cannot be converted: {error}" in fault.message
+
+    @pytest.mark.parametrize(
+        ("given", "fault"),
+        [
+            ({"count": "0"}, "count must be positive, found 0"),
+            ({"gap": "-1 m"}, "gap must be positive, found '-1 m'"),
+            ({"side": "lft"}, "Did you mean 'left'?"),
+        ],
+    )
+    def test_a_literal_lies_within_the_bounds_that_the_annotation_declares(self, given, fault):
+        class Bounded(Leaf):
+            count: PositiveCount = 1
+            gap: PositiveMetres = 1.0
+            side: Literal["left", "right"] = "left"
+
+        with pytest.raises(InputError, match=re.escape(fault)):
+            Bounded("b", **given)
+        assert Bounded("b", count="2", gap="2 m", side="right").gap == 2.0
 
     def test_a_key_without_a_value_is_told(self):
         with pytest.raises(InputError, match="'who' of Greet 'g' reads the key 'name', which has no value"):

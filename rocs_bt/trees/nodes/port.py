@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Annotated, Any, NamedTuple, TypeVar
 
 from ...base.errors import Fault, InputError
-from ...base.units import Dimension
+from ...base.units import Bounds, Dimension
 from ...declare import MISSING, Field, own_fields, read_value
 from ..board import Board
 from ..error import TreeError
@@ -101,6 +101,7 @@ class Port:
         self.name, self.default = declared.key.rstrip("_"), declared.default
         self.dimension = declared.dimension if declared.parts else declared.mark(Dimension)
         self.kind, self.syntax = self._kind(), declared.mark(Syntax)
+        self._limited = bool(declared.mark(Bounds) or declared.options)
 
     def __set_name__(self, owner: type[Any], attribute: str) -> None:
         if not self.name:
@@ -163,11 +164,16 @@ class Port:
         try:
             if self.syntax is not None:
                 return self.syntax.parse(text)
-            return from_string(text, self.kind, enums) if self.dimension is None else self._quantities(text)
+            if self.dimension is not None:
+                return self._quantities(text)
+            found = from_string(text, self.kind, enums)
         except InputError:
             raise
         except Exception as error:  # a user's parser may raise anything
             raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
+        if self._limited and (faults := self.declared.faults(found, self.name)):
+            raise InputError(*faults)
+        return found
 
     def converted(self, value: Any, enums: Enums | None = None) -> Any:
         """Convert a value of any source to a value of the port: the rule of `rocs_bt.trees.value`.
