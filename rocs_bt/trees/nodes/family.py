@@ -118,6 +118,13 @@ class Decorator(Node, StockDecorator):
     def stop(self, new_status: Status = IDLE) -> None:
         Node.stop(self, new_status)
 
+    def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
+        """Replace the child, for py_trees' trees; the previous child is halted."""
+        halt(child)
+        child.parent = None
+        self.children[0] = self.decorated = replacement
+        replacement.parent = self
+
 
 class Leaf(Node):
     """Base class of actions and conditions, which have no children.
