@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from ..actions import action_table
 from ..agent import Controller
 from ..base.errors import Fault, InputError
-from ..base.units import NONE
 from ..catalog import TREES, Catalog, Entry
-from ..declare import Field
+from ..declare.write import written
 from ..event import TreeNode
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.dialects import dialect_in, elsewhere, recognised, shipped_nodes, tags_of
@@ -22,7 +20,7 @@ from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from .stub_agent import stub_agent
-from .xml_mission import declared_dialect
+from .xml_mission import declared_dialect, placeholders
 
 FORMATS = ("text", "svg", "html", "xml")
 
@@ -66,12 +64,12 @@ def draw_mission(
         return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document), notes
     build = catalog.load_mission(str(entry.path), dialect)
     parameters = mission_parameters(build)
-    given = {name: _any_value(p) for name, p in parameters.items() if p.required}
+    given = placeholders(parameters, names=True)
     controller = Controller(
         build=build, mission=entry.name, parameters=given, actions=mission_actions(build), schema=catalog.load_schema()
     )
     plan = stub_agent(catalog.load_robot(robot), catalog.load_class, controller).plan
-    shown = {name: _shown(p) for name, p in parameters.items()}
+    shown = {n: "(required)" if p.required else str(written(p, p.default)) for n, p in parameters.items()}
     if not isinstance(plan, TreePlan):
         lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
         return "\n".join([*lines, f"planned by {type(plan).__name__}, which has no tree."]), notes
@@ -117,15 +115,3 @@ def _nodes(picture: Picture) -> Iterator[TreeNode]:
         ports = ", ".join(f'{line.name}="{line.value}"' for line in card.lines)
         yield TreeNode(path=path, type=card.tag or card.title, children=tuple(p for _, p in below), ports=f"({ports})")
         waiting += reversed(below)
-
-
-def _any_value(each: Field) -> Any:
-    """Placeholder for a required parameter, so that the tree can be built."""
-    return each.name if each.hint is str else each.hint(1)
-
-
-def _shown(each: Field) -> str:
-    if each.required:
-        return "(required)"
-    unit = "" if each.dimension in (None, NONE) else f" {each.dimension}"
-    return f"{each.default}{unit}"

@@ -11,6 +11,7 @@ from ..actions import action_table
 from ..base.errors import Fault, InputError
 from ..base.files import read_bytes, same_file
 from ..catalog import TREES, Catalog, Entry, kind_of
+from ..declare import Field
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.dialects import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
@@ -107,9 +108,14 @@ def check_xml(
             stubs=stubs,
             inputs=missions.inputs(document.main(main).name),
         )
-        required = {name: p for name, p in mission_parameters(build).items() if p.required}
-        given = {name: p.hint(1) if p.hint in (bool, int, float) else "" for name, p in required.items()}
+        given = placeholders(mission_parameters(build))
         yield from build_faults(catalog.with_content(build, dialect), given)
+
+
+def placeholders(parameters: Mapping[str, Field], names: bool = False) -> dict[str, Any]:
+    """Values of required parameters with which a tree can be built: 1, True, and empty texts or names."""
+    required = {name: each.hint for name, each in parameters.items() if each.required}
+    return {n: hint(1) if hint in (bool, int, float) else n if names else "" for n, hint in required.items()}
 
 
 class _Missions:
