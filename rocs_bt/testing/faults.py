@@ -27,7 +27,25 @@ Announce = Callable[[str, float | None], None]
 """Reports that a fault begins: name of its class, and its end [s] or None."""
 
 
-class FaultySensor(Sensor):
+class _Faulty:
+    """Device that fails during an interval; `announce` is called once, when the fault begins."""
+
+    announce: Announce | None = None
+
+    def _fail(self, clock: Clock, at: float, until: float) -> None:
+        """Set the interval [s]."""
+        self._clock, self._at, self._until = clock, at, until
+
+    @property
+    def _fails(self) -> bool:
+        fails = self._at <= self._clock.now() < self._until
+        if fails and self.announce is not None:
+            announce, self.announce = self.announce, None
+            announce(type(self).__name__, self._until if math.isfinite(self._until) else None)
+        return fails
+
+
+class FaultySensor(_Faulty, Sensor):
     """Base class of faulty sensors: a working sensor that fails during an interval.
 
     Args:
@@ -35,25 +53,15 @@ class FaultySensor(Sensor):
         clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
-
-    Attributes:
-        announce: Called once, when the fault begins; None for none.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
         super().__init__(sensor.name)
         self.sensor = sensor
-        self._clock = clock
-        self._at = at
-        self._until = until
-        self.announce: Announce | None = None
+        self._fail(clock, at, until)
 
     def read(self) -> Reading:
-        now = self._clock.now()
-        if not self._at <= now < self._until:
-            return self.works()
-        _begin(self, self._until)
-        return self.broken()
+        return self.broken() if self._fails else self.works()
 
     def works(self) -> Reading:
         """Return the reading outside the fault's interval."""
@@ -141,7 +149,7 @@ class HangingSensor(FaultySensor):
         return self.sensor.read()
 
 
-class FaultyActuator(Actuator):
+class FaultyActuator(_Faulty, Actuator):
     """Base class of faulty actuators: a working actuator that fails during an interval; its `neutral` always works.
 
     Args:
@@ -149,26 +157,15 @@ class FaultyActuator(Actuator):
         clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
-
-    Attributes:
-        announce: Called once, when the fault begins; None for none.
     """
 
     def __init__(self, actuator: Actuator, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
         super().__init__(actuator.name, actuator.size)
         self.actuator = actuator
-        self._clock = clock
-        self._at = at
-        self._until = until
-        self.announce: Announce | None = None
+        self._fail(clock, at, until)
 
     def command(self, values: Sequence[float]) -> None:
-        now = self._clock.now()
-        if self._at <= now < self._until:
-            _begin(self, self._until)
-            self.broken(values)
-        else:
-            self.actuator.command(values)
+        (self.broken if self._fails else self.actuator.command)(values)
 
     @abstractmethod
     def broken(self, values: Sequence[float]) -> None:
@@ -210,13 +207,6 @@ class HangingActuator(FaultyActuator):
     def broken(self, values: Sequence[float]) -> None:
         self.release.wait()
         self.actuator.command(values)
-
-
-def _begin(faulty: FaultySensor | FaultyActuator, until: float) -> None:
-    """Report that a fault begins, once."""
-    announce, faulty.announce = faulty.announce, None
-    if announce is not None:
-        announce(type(faulty).__name__, until if math.isfinite(until) else None)
 
 
 def _announcing(world: SimulatedWorld, agent: str, topic: str, kind: str, name: str) -> Announce:
