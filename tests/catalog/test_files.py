@@ -14,12 +14,7 @@ from rocs_bt.control.locomotion_kinds import Differential
 from rocs_bt.declare import place_of
 from rocs_bt.interfaces.safety import Landing, Limits
 
-
-def edit(path, old, new):
-    text = path.read_text()
-    assert old in text, old
-    path.write_text(text.replace(old, new))
-    return path
+from ..changes import edit
 
 
 @pytest.fixture

@@ -10,6 +10,8 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.declare import replaced
 
+from ..changes import edit
+
 ROBOT = """\
 format = "robot/3"
 base = "bot"
@@ -63,12 +65,6 @@ def based(project: Path) -> Path:
     return project
 
 
-def change(file: Path, old: str, new: str) -> None:
-    text = file.read_text()
-    assert old in text
-    file.write_text(text.replace(old, new))
-
-
 def test_a_robot_is_its_base_but_for_what_it_says(based: Path) -> None:
     bot, other = (Catalog(based).load_robot(name) for name in ("bot", "other"))
     assert (other.name, other.doc) == ("other", "A bot that differs.")
@@ -94,10 +90,10 @@ def test_a_scenario_is_its_base_but_for_what_it_says(based: Path) -> None:
 
 def test_who_is_given_another_mission_does_not_inherit_the_parameters_of_the_one_it_had(based: Path) -> None:
     file = based / "scenarios" / "walk_on.toml"
-    change(file, 'robot = "other"\n[agent.parameters]', 'robot = "other"\nmission = "stay"\n[agent.parameters]')
+    edit(file, 'robot = "other"\n[agent.parameters]', 'robot = "other"\nmission = "stay"\n[agent.parameters]')
     (based / "planners" / "missions" / "stay.py").write_text((based / "planners" / "missions" / "go.py").read_text())
     assert Catalog(based).load_scenario("walk_on").agents[0].parameters == {"cruise": "0.3 m/s"}
-    change(file, '[agent.parameters]\ncruise = "0.3 m/s"\n', "")
+    edit(file, '[agent.parameters]\ncruise = "0.3 m/s"\n', "")
     assert Catalog(based).load_scenario("walk_on").agents[0].parameters == {}
 
 
@@ -115,25 +111,25 @@ def test_the_hash_of_its_content_covers_what_it_is_based_on(based: Path, file: s
         return content_hash(catalog.content_of(catalog.load_scenario("walk_on")))
 
     before = digest()
-    change(based / file, old, new)
+    edit(based / file, old, new)
     assert digest() != before
 
 
 def test_faults_stand_at_their_own_lines_and_those_of_the_base_at_base(based: Path) -> None:
     file = based / "robots/other/robot.toml"
-    change(file, "rays = 3", "rays = 0\nwings = 2")
+    edit(file, "rays = 3", "rays = 0\nwings = 2")
     with pytest.raises(InputError) as caught:
         Catalog(based).load_robot("other")
     assert {(f.file, f.line) for f in caught.value.faults} == {(file, 10), (file, 11)}
-    change(file, "rays = 0\nwings = 2", "rays = 3")
-    change(based / "robots/bot/robot.toml", 'monitor = "PoseMonitor"', 'monitor = "PoseMonitr"')
+    edit(file, "rays = 0\nwings = 2", "rays = 3")
+    edit(based / "robots/bot/robot.toml", 'monitor = "PoseMonitor"', 'monitor = "PoseMonitr"')
     with pytest.raises(InputError, match="no monitor is named 'PoseMonitr'") as caught:
         Catalog(based).load_robot("other")
     assert {(f.file, f.line) for f in caught.value.faults} == {(file, 2)}
 
 
 def test_a_file_of_the_base_is_found_beside_the_base(based: Path) -> None:
-    change(based / "robots/bot/robot.toml", 'monitor = "PoseMonitor"', 'monitor = "own.py:Mine"')
+    edit(based / "robots/bot/robot.toml", 'monitor = "PoseMonitor"', 'monitor = "own.py:Mine"')
     (based / "robots/bot/own.py").write_text("class Mine:\n    pass\n")
     other = Catalog(based).load_robot("other")
     assert other.code == (based / "robots/bot/own.py",)
@@ -165,7 +161,7 @@ def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
 def test_a_base_that_cannot_be_is_told_at_its_line(based: Path, base: str, message: str, where: str) -> None:
     (based / "robots/ring").mkdir()
     (based / "robots/ring/robot.toml").write_text('format = "robot/3"\nbase = "other"\n')
-    change(based / "robots/other/robot.toml", 'base = "bot"', f'base = "{base}"')
+    edit(based / "robots/other/robot.toml", 'base = "bot"', f'base = "{base}"')
     with pytest.raises(InputError, match=message) as caught:
         Catalog(based).load_robot("other")
     assert caught.value.faults[0].file == based / f"robots/{where}/robot.toml"

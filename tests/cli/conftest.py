@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,14 @@ class Told:
     def text(self) -> str:
         """All that it said: `check` tells faults on stdout, other commands on stderr."""
         return self.out + self.err
+
+
+def refused(told: Told, *patterns: str) -> None:
+    """Check that input was refused with messages in which these patterns are."""
+    assert told.code == 2, told.text
+    assert "Traceback" not in told.text
+    for pattern in patterns:
+        assert re.search(pattern, told.text), told.text
 
 
 @pytest.fixture

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 
 import pytest
 
+from .conftest import refused
+
 SCENARIO, ROBOT, RULES = "scenarios/first.toml", "robots/rover/robot.toml", "rules/keep_clear.toml"
 WORLD, MISSION = "scenarios/worlds/yard.xml", "planners/missions/patrol.py"
-
-
-def refused(told, *patterns):
-    assert told.code == 2, told.text
-    assert "Traceback" not in told.text
-    for pattern in patterns:
-        assert re.search(pattern, told.text), told.text
 
 
 @pytest.mark.parametrize(

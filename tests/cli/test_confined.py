@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from ..changes import edit
+from .conftest import refused
+
 SCENARIO, WORLD = "scenarios/first.toml", "scenarios/worlds/yard.xml"
 STL = (
     b"\0" * 80
@@ -22,19 +25,6 @@ STL = (
         )
     )
 )
-
-
-def refused(told, *patterns: str) -> None:
-    assert told.code == 2, told.out + told.err
-    assert "Traceback" not in told.out + told.err
-    for pattern in patterns:
-        assert pattern in told.out + told.err
-
-
-def edit(file: Path, old: str, new: str) -> None:
-    text = file.read_text()
-    assert old in text
-    file.write_text(text.replace(old, new, 1))
 
 
 @pytest.fixture

@@ -6,27 +6,16 @@ import re
 
 import pytest
 
+from ..changes import edit
+
 SCENARIO, ROBOT = "scenarios/first.toml", "robots/rover/robot.toml"
 BODY, MISSION = "robots/rover/robot.xml", "planners/missions/patrol.py"
 RANGE = 'class = "RangeMonitor"\n'
 ACTOR = '[[actor]]\nname = "R2"\nrobot = "rover"\nscript = "random_walk"\nx = "1.5 m"\ny = "-1 m"\n'
 
 
-def edit(project, file, old, new):
-    text = (project / file).read_text()
-    assert old in text
-    (project / file).write_text(text.replace(old, new))
-
-
-def line_of(project, file, text):
-    """The 1-based line on which a text begins."""
-    before, found, _ = (project / file).read_text().partition(text)
-    assert found
-    return before.count("\n") + 1
-
-
 def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_bt):
-    edit(project, ROBOT, RANGE, 'class = "own.py:Broken"\n')
+    edit(project / ROBOT, RANGE, 'class = "own.py:Broken"\n')
     (project / "robots" / "rover" / "own.py").write_text(
         "from rocs_bt.base.errors import DeviceError\nfrom rocs_bt.monitor import RangeMonitor\n\n\n"
         "class Broken(RangeMonitor):\n    def __init__(self, *args, **kwargs):\n"
@@ -104,8 +93,8 @@ def test_so_is_one_that_a_mission_looks_at_and_a_heading_that_the_robot_cannot_h
     ids=["told later", "known without a pose", "shared"],
 )
 def test_a_goal_that_may_become_known_is_a_warning(project, rocs_bt, may_appear, says):
-    edit(project, SCENARIO, 'first = "gate"', 'first = "gaet"')
-    edit(project, SCENARIO, "[[agent]]", may_appear + "[[agent]]")
+    edit(project / SCENARIO, 'first = "gate"', 'first = "gaet"')
+    edit(project / SCENARIO, "[[agent]]", may_appear + "[[agent]]")
     told = rocs_bt("check", SCENARIO)
     assert told.code == 0, told.text
     assert f"warning: {says}" in told.text
@@ -140,15 +129,15 @@ def test_a_run_without_doubts_says_nothing_of_them(project, rocs_bt):
 def test_a_world_without_an_end_has_no_outside(project, rocs_bt, size):
     floor = f'<geom name="floor" type="plane" size="{size}"/>' if size else ""
     (project / "scenarios" / "worlds" / "yard.xml").write_text(f"<mujoco><worldbody>{floor}</worldbody></mujoco>")
-    edit(project, SCENARIO, 'x = "-1.5 m"', 'x = "-500 m"')
+    edit(project / SCENARIO, 'x = "-1.5 m"', 'x = "-500 m"')
     told = rocs_bt("check", SCENARIO)
     assert told.code == 0
     assert "outside" not in told.text
 
 
 def test_scripted_robots_have_their_robots_own_drivers(project, rocs_bt):
-    edit(project, ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
-    edit(project, SCENARIO, "[[agent]]", ACTOR + "[[agent]]")
+    edit(project / ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
+    edit(project / SCENARIO, "[[agent]]", ACTOR + "[[agent]]")
     (project / "robots" / "rover" / "own.py").write_text(
         "from rocs_bt.devices.simulated import Velocity\n\n\n"
         "class Loud(Velocity):\n"
