@@ -185,17 +185,14 @@ class SensorSpec(DeviceSpec):
     def frame(self) -> str:
         """Frame of a pose: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
 
-        That of a user's device is continuous. It is empty in the simulation, where values may have noise, or the robot
-        may turn over; but a position without noise and jumps is continuous.
+        Keys of a package may have a `pose_frame`. That of a user's device is continuous. It is empty in the simulation,
+        where values may have noise, or the robot may turn over; but a position without noise and jumps is continuous.
         """
-        if self.driver != "ros2":
-            given = self.parameters
-            smooth = isinstance(given, Position) and not self.noise and not given.jump
-            return "continuous" if smooth or is_reference(self.driver) else ""
-        kind = str(self.arguments.get("type", ""))
-        transforms = kind.endswith("/TFMessage") and not str(self.arguments.get("frame", "map")).endswith("odom")
-        corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")
-        return "corrected" if corrected else "continuous"
+        given = self.parameters
+        if known := getattr(given, "pose_frame", ""):
+            return str(known)
+        smooth = isinstance(given, Position) and not self.noise and not given.jump
+        return "continuous" if smooth or is_reference(self.driver) else ""
 
     @property
     def attributes(self) -> dict[str, Any]:

@@ -131,6 +131,13 @@ class Ros2SensorParameters(Value):
         return () if self.form is None else self.form.keys
 
     @property
+    def pose_frame(self) -> str:
+        """Frame of a pose: `corrected` by a localiser, or `continuous`, as of odometry (REP 105)."""
+        transforms = self.type == TRANSFORMS and not self.frame.endswith("odom")
+        corrected = transforms or "/PoseWithCovariance" in self.type or self.type.endswith("/PoseStamped")
+        return "corrected" if corrected else "continuous"
+
+    @property
     def all_topics(self) -> tuple[str, ...]:
         """Names of all topics."""
         return self.topics or ((self.topic,) if self.topic else ())
