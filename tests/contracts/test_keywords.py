@@ -64,6 +64,7 @@ FORWARDING = {
     "change",
     "entity",
     "make",
+    "method",
     "note",
     "safe",
     "setup",
