@@ -17,6 +17,11 @@ def wrap_angle(angle: float) -> float:
     return math.pi if wrapped == -math.pi else wrapped
 
 
+def yaw_of(w: float, i: float, j: float, k: float) -> float:
+    """Yaw of a unit quaternion, in (-pi, pi] [rad]."""
+    return wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))
+
+
 class Pose2(NamedTuple):
     """Planar pose: position and heading, world frame (x east, y north).
 
@@ -104,8 +109,7 @@ class Pose3(NamedTuple):
         (x, y, z), (w, i, j, k) = position, quaternion
         roll = math.atan2(2.0 * (w * i + j * k), 1.0 - 2.0 * (i * i + j * j))
         pitch = math.asin(min(1.0, max(-1.0, 2.0 * (w * j - k * i))))
-        yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
-        return cls(x, y, z, wrap_angle(roll), pitch, wrap_angle(yaw))
+        return cls(x, y, z, wrap_angle(roll), pitch, yaw_of(w, i, j, k))
 
 
 class Twist3(NamedTuple):

@@ -12,7 +12,7 @@ from itertools import accumulate, pairwise
 from typing import Any, Final
 
 from ..base.errors import Fault, InputError
-from ..base.geometry import Pose2, wrap_angle
+from ..base.geometry import Pose2, wrap_angle, yaw_of
 from ..plan.route import Point
 
 STEP: Final = 0.05
@@ -80,9 +80,7 @@ def pose_in(message: Mapping[str, Any]) -> Pose2:
     """Pose of the plain values of a geometry_msgs/PoseStamped or Pose."""
     pose = message.get("pose", message)
     position, turned = pose.get("position", {}), pose.get("orientation", {})
-    qx, qy, qz = (float(turned.get(axis, 0.0)) for axis in "xyz")
-    qw = float(turned.get("w", 1.0))
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    yaw = yaw_of(float(turned.get("w", 1.0)), *(float(turned.get(axis, 0.0)) for axis in "xyz"))
     return Pose2(float(position.get("x", 0.0)), float(position.get("y", 0.0)), yaw)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 from ..base.errors import Fault, InputError
-from ..base.geometry import Pose2
+from ..base.geometry import Pose2, yaw_of
 from ..trees.nodes import Syntax
 from ..trees.value import from_string
 from .path import pose_in
@@ -34,7 +34,7 @@ def read_pose(text: str) -> str | Pose2:
             Fault(f"the pose '{text}' contains a field that is not finite.", hint="Write seven finite numbers.")
         )
     x, y, _, qx, qy, qz, qw = fields
-    return Pose2(x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
+    return Pose2(x, y, yaw_of(qw, qx, qy, qz))
 
 
 def read_poses(text: str) -> list[str | Pose2]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.geometry import Pose2
+from ...base.geometry import Pose2, yaw_of
 from ...record.header import Outline, Point
 
 FLOOR = "floor"
@@ -116,13 +116,12 @@ def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]
         if int(model.geom_bodyid[geom]) != 0 or names[geom] == FLOOR or not collides(model, geom):
             continue
         x, y, z = model.geom_pos[geom].tolist()
-        w, i, j, k = model.geom_quat[geom].tolist()
-        yaw = float(np.arctan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))
         half = model.geom_aabb[geom][3:].tolist()
         if int(model.geom_type[geom]) == 5:  # a cylinder
             found.append(Outline.circle(names[geom], (x, y), half[0], z + half[2]))
         else:
-            found.append(Outline.box(names[geom], Pose2(x, y, yaw), (2.0 * half[0], 2.0 * half[1]), z + half[2]))
+            pose = Pose2(x, y, yaw_of(*model.geom_quat[geom].tolist()))
+            found.append(Outline.box(names[geom], pose, (2.0 * half[0], 2.0 * half[1]), z + half[2]))
     return tuple(found)
 
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ...base.clock import Clock
 from ...base.errors import UnknownName, unknown
-from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
+from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle, yaw_of
 from ..simulated.scene import Rays as Cast
 from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .elements import z_axis
@@ -96,7 +96,7 @@ class WorldState:
         with self.lock:
             q = self.body(robot).q
             x, y, _, w, i, j, k = self._qpos[q : q + 7].tolist()
-            pose = pose2((x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))))
+            pose = pose2((x, y, yaw_of(w, i, j, k)))
             self._poses[robot] = self._revision, pose
         return pose
 
@@ -152,7 +152,7 @@ class WorldState:
         if isinstance(free := self.objects.get(name), FreeBody):
             with self.lock:
                 x, y, _, w, i, j, k = self._qpos[free.q : free.q + 7].tolist()
-            return Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
+            return Pose2(x, y, yaw_of(w, i, j, k))
         slot = self.mocap_body(name).slot
         with self.lock:
             x, y, _ = self.data.mocap_pos[slot].tolist()
