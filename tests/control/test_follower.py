@@ -19,29 +19,10 @@ from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, Preview, Reference, TimedReference, TurnReference
 
-PERIOD = 0.05
-LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
+from .conftest import LIMITS, LOCOMOTIONS, PERIOD, Plant
+
+FOLLOWERS = {kind: Follower(LOCOMOTIONS[kind]) for kind in ("differential", "mecanum")}
 Array = npt.NDArray[np.float64]
-
-
-class Plant:
-    """Wheels that lag behind their command, and turns that slip."""
-
-    def __init__(self, drive: Locomotion, pose: Pose2, lag: float = 0.04, slip: float = 0.97) -> None:
-        self.locomotion, self.pose, self.lag, self.slip = drive, pose, lag, slip
-        self.wheels = np.zeros(len(drive.wheels))
-
-    @property
-    def twist(self) -> Twist2:
-        return self.locomotion.twist(self.wheels)
-
-    def move(self, command: Array, period: float = PERIOD) -> None:
-        for _ in range(10):
-            self.wheels = self.wheels + (command - self.wheels) * (1.0 - math.exp(-0.1 * period / self.lag))
-            twist, dt = self.twist, 0.1 * period
-            turned = dt * self.slip * twist.turn
-            ahead = Pose2(self.pose.x, self.pose.y, self.pose.yaw + 0.5 * turned)
-            self.pose = Pose2(*ahead.transform(dt * twist.forward, dt * twist.left), ahead.yaw + 0.5 * turned)
 
 
 class Fixed(Reference):
@@ -403,9 +384,3 @@ def test_time_is_what_the_injected_timer_says(drive: Locomotion) -> None:
 def test_misuse_is_named(drive: Locomotion, wrong: Callable[[Follower, Reference], object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         wrong(Follower(drive), along(drive, Path.line((0, 0), (1, 0))))
-
-
-FOLLOWERS = {
-    "differential": Follower(make_locomotion("differential", wheel_separation=0.33, **LIMITS)),
-    "mecanum": Follower(make_locomotion("mecanum", half_length=0.22, half_width=0.2, **LIMITS)),
-}

@@ -21,6 +21,8 @@ from rocs_bt.control.path import REACH, Path
 from rocs_bt.control.profile import BRAKES, speed_profile
 from rocs_bt.control.reference import PathReference
 
+from .conftest import LIMITS, PERIOD, Plant
+
 Array = npt.NDArray[np.float64]
 TIMES = 0.1 * np.arange(1, 21)
 TURN_RATE, TURN_ACCELERATION = 1.5, 2.0
@@ -30,14 +32,8 @@ angles = st.floats(-3.1, 3.1)
 
 
 def mecanum(max_wheel_speed: float = 1.2) -> Locomotion:
-    return make_locomotion(
-        "mecanum",
-        half_length=0.22,
-        half_width=0.2,
-        max_wheel_speed=max_wheel_speed,
-        max_wheel_acceleration=1.5,
-        lag=0.04,
-    )
+    limits = {**LIMITS, "max_wheel_speed": max_wheel_speed}
+    return make_locomotion("mecanum", half_length=0.22, half_width=0.2, lag=0.04, **limits)
 
 
 def reference(path: Path, yaws: Array, drive: Locomotion, cruise: float = 0.5) -> PathReference:
@@ -188,7 +184,7 @@ class Drives:
 
     def __init__(self, path: Path, drive: Locomotion, cruise: float = 0.5) -> None:
         self.path, self.drive, self.cruise = path, drive, cruise
-        self.pose, self.wheels = Pose2(0.0, 0.0, 0.0), np.zeros(4)
+        self.plant = Plant(drive, Pose2(0.0, 0.0), left=0.95)
         self.cross: list[float] = []
         self.heading: list[float] = []
         self.yaws: list[float] = []
@@ -201,29 +197,21 @@ class Drives:
             if made is None or wanted_at is not None:
                 yaws = wanted if wanted_at is None else wanted_at(t)
                 assert yaws is not None
-                yaws = blended_yaws(yaws, self.path.spacing, s, self.pose.yaw, TURN_RATE / self.cruise)
+                yaws = blended_yaws(yaws, self.path.spacing, s, self.plant.pose.yaw, TURN_RATE / self.cruise)
                 made = reference(self.path, yaws, self.drive, self.cruise)
                 made.s = s
-            command = follower.step(self.pose, None, made, 0.05)
+            command = follower.step(self.plant.pose, None, made, PERIOD)
             assert command.rung == "solved"
-            self._move(command.values)
-            t, s = t + 0.05, self.path.project(self.pose.x, self.pose.y, made.s)
+            self.plant.move(command.values)
+            pose = self.plant.pose
+            t, s = t + PERIOD, self.path.project(pose.x, pose.y, made.s)
             x, y, tangent, _ = self.path.sample(s)
-            self.cross.append(math.cos(tangent) * (self.pose.y - y) - math.sin(tangent) * (self.pose.x - x))
+            self.cross.append(math.cos(tangent) * (pose.y - y) - math.sin(tangent) * (pose.x - x))
             self.heading.append(command.heading_error)
-            self.yaws.append(self.pose.yaw)
+            self.yaws.append(pose.yaw)
             if self.path.length - s < 0.02:
                 return t
         raise AssertionError(f"{self.path.length - s:.2f} m are left")
-
-    def _move(self, command: Array) -> None:
-        for _ in range(10):
-            self.wheels = self.wheels + (command - self.wheels) * (1.0 - math.exp(-0.005 / 0.04))
-            twist = self.drive.twist(self.wheels)
-            turned = 0.005 * 0.97 * twist.turn
-            ahead = Pose2(self.pose.x, self.pose.y, self.pose.yaw + 0.5 * turned)
-            x, y = ahead.transform(0.005 * twist.forward, 0.005 * 0.95 * twist.left)
-            self.pose = Pose2(x, y, ahead.yaw + 0.5 * turned)
 
     def rms(self) -> float:
         return float(np.sqrt(np.mean(np.square(self.cross))))

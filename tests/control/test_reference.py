@@ -16,6 +16,8 @@ from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import TURN_RATE, PathReference, TimedReference, TurnReference
 
+from .conftest import LOCOMOTIONS
+
 TIMES = 0.1 * np.arange(1, 21)
 STILL = Twist2(0.0)
 Row = tuple[float, float, float]
@@ -46,8 +48,7 @@ def test_the_end_is_reached_in_finite_time_and_held(drive: Locomotion) -> None:
 
 @given(st.floats(-3.0, 12.0), st.floats(-2.0, 2.0), st.floats(-3.1, 3.1), st.floats(-1.0, 1.0))
 def test_previews_never_outrun_profile_or_acceleration(x: float, y: float, yaw: float, speed: float) -> None:
-    drive = _drive()
-    reference = along(drive, Path.through([(0, 0), (5, 0), (5, 4)], corner_radius=0.3))
+    reference = along(LOCOMOTIONS["differential"], Path.through([(0, 0), (5, 0), (5, 4)], corner_radius=0.3))
     preview = reference.sample(Pose2(x, y, yaw), Twist2(speed), TIMES, 0.0)
     speeds = preview.stages[:, 3]
     assert np.isfinite(preview.stages).all()
@@ -163,12 +164,6 @@ def test_a_profile_of_another_path_is_refused(drive: Locomotion) -> None:
     profile = speed_profile(Path.line((0, 0), (2, 0)), drive, cruise=0.5)
     with pytest.raises(InputError, match="its own path"):
         PathReference(Path.line((0, 0), (3, 0)), profile)
-
-
-def _drive() -> Locomotion:
-    from rocs_bt.control.locomotion_kinds import make_locomotion
-
-    return make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=2, max_size=8), st.floats(-3.0, 3.0))
