@@ -112,8 +112,8 @@ def shipped(name: str) -> Path:
 
 
 LOADERS = {
-    "scenario.toml": Loader(lambda path: Catalog().load_scenario(str(path)), shipped("scenarios/exp3.toml")),
-    "robot.toml": Loader(read_robot, shipped("robots/pioneer_p3dx/robot.toml")),
+    "scenario.toml": Loader(lambda path: Catalog().load_scenario(str(path)), shipped("scenarios/exp3.toml"), 150),
+    "robot.toml": Loader(read_robot, shipped("robots/pioneer_p3dx/robot.toml"), 150),
     "rules.toml": Loader(examined, shipped("rules/avoid_collision.toml"), 15),
     "planner.toml": Loader(lambda path: Catalog().load_planner(str(path)), shipped("planners/hybrid.toml")),
     "schema.toml": Loader(lambda path: load_schema([path], KNOWN), SCHEMA),
