@@ -62,8 +62,8 @@ CANCELLED: Final = {
 """Node with goals that a Cancel node cancels, by its name."""
 
 
-def cancel_nodes(base: type[Node] = _Cancel) -> Iterable[type[Node]]:
+def cancel_nodes() -> Iterable[type[Node]]:
     """Create the Cancel nodes: SUCCESS, after which the cancelled nodes end with SUCCESS and the error code 0."""
     for tag, server in CANCELLED.items():
         doc = f"Cancels the goals of {server} that are older than 10 ms, which then ends with SUCCESS."
-        yield type(tag, (base,), {"tag": tag, "server": server, "__doc__": doc, "__module__": __name__})
+        yield type(tag, (_Cancel,), {"tag": tag, "server": server, "__doc__": doc, "__module__": __name__})

@@ -172,7 +172,6 @@ def load_xml(
     main: str = "",
     within: Path | None = None,
     strict: bool = False,
-    outside: Outside | None = None,
 ) -> Behaviour:
     """Load the main tree of a document in BehaviorTree.CPP's XML format, version 4 (or 3, which is converted).
 
@@ -185,7 +184,6 @@ def load_xml(
         main: ID of the tree to load; by default the tree that `main_tree_to_execute` names, or the only one.
         within: Folder in which included files must lie; by default the folder of the file.
         strict: Whether names that BehaviorTree.CPP 4.10 rejects are errors instead of warnings.
-        outside: Trees that are not in the document.
 
     Returns:
         Root node, to be bound by a `Tree`.
@@ -197,7 +195,7 @@ def load_xml(
         InputError: The document has errors; the exception lists all of them, each with its line and column.
     """
     document = read_document(source, within=within)
-    faults = [*document.faults, *verify(document, nodes, main=main, outside=outside, strict=strict)]
+    faults = [*document.faults, *verify(document, nodes, main=main, strict=strict)]
     try:
         document.main(main)
     except InputError as error:
@@ -206,4 +204,4 @@ def load_xml(
         raise InputError(*wrong)
     for fault in faults:
         warnings.warn(str(fault), TreeWarning, stacklevel=2)
-    return make_nodes(document, nodes, main=main, outside=outside)
+    return make_nodes(document, nodes, main=main)
