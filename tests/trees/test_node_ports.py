@@ -35,6 +35,10 @@ class TestPorts:
         assert tree.tick() is SUCCESS
         assert tree.board.texts() == {"name": "R2", "n": "5", "out": "hello R2"}
 
+    def test_an_attribute_that_is_annotated_as_a_port_says_how_to_write_it(self):
+        with pytest.raises(InputError, match=r"write '_times' if it is an attribute"):
+            Greet("g", who="a").times = 2
+
     def test_the_key_of_the_same_name(self):
         tree = Tree(Greet("g", who="{=}", said="=", times="2", count="{n}"))
         tree.board.update({"who": "you", "n": 0})

@@ -315,7 +315,9 @@ class Node(Behaviour):
         """
         declared = self.ports[port]
         if declared.direction is Direction.INPUT:
-            raise TreeError(Fault(f"'{port}' of {self.tag} '{self.name}' is an input port and cannot be written."))
+            hint = f"Annotate it as Output[...]; or write '_{port}' if it is an attribute and no port."
+            message = f"'{port}' of {self.tag} '{self.name}' is an input port and cannot be written."
+            raise TreeError(Fault(message, hint=hint))
         key = pointed(self.given.get(port, declared.default), port)
         if key is not None:
             self.board[key] = value if value is None else declared.converted(value, self.board.enums)
