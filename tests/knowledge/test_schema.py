@@ -105,13 +105,8 @@ def test_a_wrong_value_is_refused(attribute: Attribute, given: object, message: 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: SCHEMA.extended([Kind("robot", {"radius": Attribute(int)})]), "has 'radius' from 'body', as a number"),
-        (lambda: SCHEMA.extended(relations=[Relation("flies", ("robt",), ("goal",))]), "'robt'. Did you mean 'robot'"),
-        (lambda: SCHEMA.extended(relations=[Relation("at", ("robot",), ("goal",), single=True)]), "single=False"),
-        (lambda: Kind("x", {"t": Attribute(float)}), "kind 'x' declares t, which the graph reserves"),
         (lambda: Relation("x", (), (), {"target": Attribute(str)}), "relation 'x' declares target"),
         (lambda: Relation("x", (), (), {"v": Attribute(Live)}), "only nodes can have one"),
-        (lambda: Kind("x", {"values": Attribute(Live)}), "no text attribute 'signal'"),
         (lambda: Attribute(list), "no attribute can be of the type .*list.*; use one of: float"),
         (lambda: Attribute(float, low=0.0, default=-1.0), "found -1.0"),
     ],

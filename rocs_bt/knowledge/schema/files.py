@@ -133,17 +133,19 @@ class AttributeKeys(_Declared):
     @classmethod
     def _prepare(cls, table: Table, scope: Scope) -> None:
         """Note the faults of a unit other than that of the graph, and of the default value."""
-        key = "unit"
+        word, unit = table.data.get("type"), Quantity(1.0, NONE)
         try:
-            unit = parse_unit(text) if isinstance(text := table.data.get(key, "1"), str) else Quantity(1.0, NONE)
-            if unit.value != 1.0:
-                fault = Fault(f"the graph holds SI units; '{text}' is not one.", hint=f"Write '{unit.dimension}'.")
-                raise InputError(fault)
-            key, word = "default", table.data.get("type")
-            if key in table and isinstance(word, str) and word in TYPES:
-                read_value(_bare(word, unit.dimension).field(key), table.data[key])
+            if isinstance(text := table.data.get("unit", "1"), str):
+                unit = parse_unit(text)
         except InputError as error:
-            table.adopt(key, error)
+            table.adopt("unit", error)
+        if unit.value != 1.0:
+            table.fault("unit", f"the graph holds SI units; '{text}' is not one.", f"Write '{unit.dimension}'.")
+        if "default" in table and isinstance(word, str) and word in TYPES:
+            try:
+                read_value(_bare(word, unit.dimension).field("default"), table.data["default"])
+            except InputError as error:
+                table.adopt("default", error)
 
     def _check(self) -> Iterator[Wrong]:
         for key, types in _ONLY.items():
