@@ -42,46 +42,48 @@ _WIDE = 1000  # characters, wider than any table
 class CompareOptions(EpisodeOptions):
     """Options of the command."""
 
-    robots: Annotated[tuple[str, ...], Option("Play with this robot instead; may be repeated.", ("--robot",))] = ()
-    families: Annotated[tuple[str, ...], Option("Use scenes of this family; may be repeated.", ("--family",))] = ()
-    count: Annotated[int, Bounds(1), Option("Number of scenes of each family.", ("--scenes",))] = 20
-    first: Annotated[Count, Option("Index of the first scene.", ("--from",))] = 0
+    robots: Annotated[tuple[str, ...], "Play with this robot instead; may be repeated.", Option(("--robot",))] = ()
+    families: Annotated[tuple[str, ...], "Use scenes of this family; may be repeated.", Option(("--family",))] = ()
+    count: Annotated[int, Bounds(1), "Number of scenes of each family.", Option(("--scenes",))] = 20
+    first: Annotated[Count, "Index of the first scene.", Option(("--from",))] = 0
     given: Annotated[
-        tuple[str, ...], Option("A parameter of the families, with its unit.", ("--set",), "NAME=VALUE")
+        tuple[str, ...], "A parameter of the families, with its unit.", Option(("--set",), "NAME=VALUE")
     ] = ()
     scenario: Annotated[
-        tuple[str, ...], Option("A scenario, or a scene such as barn_like-17; may be repeated.", ("--scenario",))
+        tuple[str, ...], "A scenario, or a scene such as barn_like-17; may be repeated.", Option(("--scenario",))
     ] = ()
     agent: Annotated[
-        str, Option("Agent that the planner controls in such a scenario; by default the first.", ("--agent",))
+        str, "Agent that the planner controls in such a scenario; by default the first.", Option(("--agent",))
     ] = ""
-    seeds: Annotated[int, Bounds(1), Option("Seeds of each scene: 1, 2, ...", ("--seeds",))] = 3
+    seeds: Annotated[int, Bounds(1), "Seeds of each scene: 1, 2, ...", Option(("--seeds",))] = 3
     metrics: Annotated[
-        tuple[str, ...], Option("Judge by this metric; by default success, collision and time.", ("--metric",))
+        tuple[str, ...], "Judge by this metric; by default success, collision and time.", Option(("--metric",))
     ] = ()
     early: Annotated[
         bool,
-        Option("Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).", ("--stop-early",)),
+        "Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).",
+        Option(("--stop-early",)),
     ] = False
-    cold: Annotated[bool, Option("Also play with each perturbation of the robot, and print the loss.", ("--cold",))] = (
+    cold: Annotated[bool, "Also play with each perturbation of the robot, and print the loss.", Option(("--cold",))] = (
         False
     )
     perturb: Annotated[
         tuple[str, ...],
-        Option("As --cold, but with this perturbation; may be repeated.", ("--perturb",), "NAME[=STRENGTH]"),
+        "As --cold, but with this perturbation; may be repeated.",
+        Option(("--perturb",), "NAME[=STRENGTH]"),
     ] = ()
-    outward: Annotated[bool, Option("Make each perturbation stronger until the planner breaks.", ("--outward",))] = (
+    outward: Annotated[bool, "Make each perturbation stronger until the planner breaks.", Option(("--outward",))] = (
         False
     )
     cluster: Annotated[
-        str | None, Option("Play on the Dask cluster with this scheduler.", ("--cluster",), "ADDRESS")
+        str | None, "Play on the Dask cluster with this scheduler.", Option(("--cluster",), "ADDRESS")
     ] = None
     retry_errors: Annotated[
-        bool, Option("Play episodes again that ended in an error or at the limit.", ("--retry-errors",))
+        bool, "Play episodes again that ended in an error or at the limit.", Option(("--retry-errors",))
     ] = False
-    report: Annotated[Path | None, Option("Write a report as one HTML page.", ("--report",))] = None
-    markdown: Annotated[Path | None, Option("Write the tables of the report in Markdown.", ("--markdown",))] = None
-    export: Annotated[Path | None, Option("Write the episodes as JSON lines.", ("--export",))] = None
+    report: Annotated[Path | None, "Write a report as one HTML page.", Option(("--report",))] = None
+    markdown: Annotated[Path | None, "Write the tables of the report in Markdown.", Option(("--markdown",))] = None
+    export: Annotated[Path | None, "Write the episodes as JSON lines.", Option(("--export",))] = None
 
 
 @click.command()

@@ -37,12 +37,12 @@ class EpisodeOptions(Value):
     """Options of the commands that play many episodes."""
 
     store: Annotated[
-        Path, Option("Folder of stored episodes, which are not played again.", ("--store",), path="folder")
+        Path, "Folder of stored episodes, which are not played again.", Option(("--store",), path="folder")
     ] = Path("runs/compare")
     jobs: Annotated[
-        int | None, Bounds(1), Option("Number of worker processes; by default one per core.", ("--jobs", "-j"))
+        int | None, Bounds(1), "Number of worker processes; by default one per core.", Option(("--jobs", "-j"))
     ] = None
-    wall_limit: Annotated[Seconds, POSITIVE, Option("Wall-clock limit of an episode.", ("--wall-limit",))] = 300.0
+    wall_limit: Annotated[Seconds, POSITIVE, "Wall-clock limit of an episode.", Option(("--wall-limit",))] = 300.0
 
 
 def declared_options(cls: type[Declared], stage: str = "") -> Callable[[F], F]:
@@ -59,7 +59,7 @@ def declared_options(cls: type[Declared], stage: str = "") -> Callable[[F], F]:
 
 def _option(each: Field, option: Option) -> Callable[[Any], Any]:
     default, bounds = None if each.required else each.default, each.mark(Bounds) or FINITE
-    words: dict[str, Any] = {"help": option.help, "metavar": option.metavar}
+    words: dict[str, Any] = {"help": each.doc, "metavar": option.metavar}
     words |= {"required": True} if each.required else {"default": default}
     if each.hint is bool:
         words["is_flag"] = True

@@ -91,7 +91,6 @@ class Option:
     """Mark of an option of a command or of a run.
 
     Attributes:
-        help: Meaning of the option.
         flags: Names on the command line, such as `--for`; empty if only programs give the option.
         metavar: Name of the value on the command line.
         path: Kind of valid paths; empty for both.
@@ -100,7 +99,6 @@ class Option:
             part of the command line that repeats it.
     """
 
-    help: str
     flags: tuple[str, ...] = ()
     metavar: str | None = None
     path: Literal["", "file", "folder"] = "file"

@@ -32,135 +32,117 @@ class LiveView(EventSink, Control, Protocol):
 class RunOptions(Value):
     """Options of a run, in simulation with `run` or on hardware with `drive`, which is always `threaded`."""
 
-    seed: Annotated[Count, Option("Seed of the episode, and of random choices of missions.", ("--seed",))] = 1
+    seed: Annotated[Count, "Seed of the episode, and of random choices of missions.", Option(("--seed",))] = 1
     mode: Annotated[
         Literal["lockstep", "threaded"],
-        Option(
-            "lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
-            ("--mode",),
-            stage="simulation",
-        ),
+        "lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
+        Option(("--mode",), stage="simulation"),
     ] = "lockstep"
     duration: Annotated[
         PositiveSeconds | None,
-        Option("End this time after the start [s]; by default that of the scenario.", ("--for",)),
+        "End this time after the start [s]; by default that of the scenario.",
+        Option(("--for",)),
     ] = None
     out: Annotated[
         Path | None,
-        Option(
-            "Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.",
-            ("--out",),
-            path="",
-            late=True,
-        ),
+        "Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.",
+        Option(("--out",), path="", late=True),
     ] = None
-    report: Annotated[bool, Option("Write report.html.", ("--report/--no-report",), late=True)] = True
+    report: Annotated[bool, "Write report.html.", Option(("--report/--no-report",), late=True)] = True
     btlog: Annotated[
         bool,
-        Option("Write AGENT.btlog, which Groot2 replays, for each agent with a tree.", ("--btlog",), late=True),
+        "Write AGENT.btlog, which Groot2 replays, for each agent with a tree.",
+        Option(("--btlog",), late=True),
     ] = False
     missions: Annotated[
-        Mapping[str, Build] | None, Option("Mission functions that replace the scenario's, by agent.")
+        Mapping[str, Build] | None, "Mission functions that replace the scenario's, by agent.", Option()
     ] = None
     prepare: Annotated[
         Callable[[SimulatedWorld], None] | None,
-        Option(
-            "Function called with the simulated world before the agents are built; it may replace devices.",
-            stage="simulation",
-        ),
+        "Function called with the simulated world before the agents are built; it may replace devices.",
+        Option(stage="simulation"),
     ] = None
-    sinks: Annotated[Sequence[EventSink], Option("Sinks for all events.", late=True)] = ()
+    sinks: Annotated[Sequence[EventSink], "Sinks for all events.", Option(late=True)] = ()
     progress: Annotated[
-        Callable[[float], None] | None, Option("Function called once per control period with the time [s].", late=True)
+        Callable[[float], None] | None, "Function called once per control period with the time [s].", Option(late=True)
     ] = None
     watch_rules: Annotated[
         bool,
-        Option("Reload rule files that change during the run; it may then not be repeatable.", ("--watch-rules",)),
+        "Reload rule files that change during the run; it may then not be repeatable.",
+        Option(("--watch-rules",)),
     ] = False
     knowledge: Annotated[
         Path | None,
-        Option("File with knowledge of earlier runs; this run's replaces it.", ("--knowledge",), "FILE"),
+        "File with knowledge of earlier runs; this run's replaces it.",
+        Option(("--knowledge",), "FILE"),
     ] = None
     swaps: Annotated[
         tuple[SubtreeSwap, ...],
-        Option(
-            "Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
-            ("--swap",),
-            "NODE=FILE[:TREE]@TIME",
-            stage="simulation",
-        ),
+        "Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
+        Option(("--swap",), "NODE=FILE[:TREE]@TIME", stage="simulation"),
     ] = ()
-    view: Annotated[bool, Option("Show MuJoCo's viewer.", ("--view",), stage="simulation", late=True)] = False
+    view: Annotated[bool, "Show MuJoCo's viewer.", Option(("--view",), stage="simulation", late=True)] = False
     video: Annotated[
-        Path | None, Option("Render a video of the run to this file.", ("--video",), stage="simulation", late=True)
+        Path | None, "Render a video of the run to this file.", Option(("--video",), stage="simulation", late=True)
     ] = None
     follow: Annotated[
         str,
-        Option(
-            "Robot that the camera of the video follows; by default it shows the whole world.",
-            ("--follow",),
-            "ROBOT",
-            stage="simulation",
-            late=True,
-        ),
+        "Robot that the camera of the video follows; by default it shows the whole world.",
+        Option(("--follow",), "ROBOT", stage="simulation", late=True),
     ] = ""
     live: Annotated[
         LiveView | None,
-        Option("Live page, with its context entered; the run then keeps pace with wall time.", late=True),
+        "Live page, with its context entered; the run then keeps pace with wall time.",
+        Option(late=True),
     ] = None
     command: Annotated[
         str,
-        Option("Beginning of the command line that repeats this run, for the report; else `rocs-bt run SCENARIO`."),
+        "Beginning of the command line that repeats this run, for the report; else `rocs-bt run SCENARIO`.",
+        Option(),
     ] = ""
     signals: Annotated[
         StopSignals | None,
-        Option(
-            "Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. Without "
-            "it, a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.",
-            late=True,
-        ),
+        "Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. Without "
+        "it, a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.",
+        Option(late=True),
     ] = None
     wait: Annotated[
         Seconds,
         NOT_NEGATIVE,
-        Option("Give up if a needed sensor has no fresh values for this time [s].", ("--wait",), stage="hardware"),
+        "Give up if a needed sensor has no fresh values for this time [s].",
+        Option(("--wait",), stage="hardware"),
     ] = 10.0
     dry_run: Annotated[
         bool,
-        Option(
-            "Send nothing to any actuator, not even neutral; the command line prints what would be sent.",
-            ("--dry-run", "--dry"),
-            stage="hardware",
-        ),
+        "Send nothing to any actuator, not even neutral; the command line prints what would be sent.",
+        Option(("--dry-run", "--dry"), stage="hardware"),
     ] = False
     confirm: Annotated[
-        bool, Option("Start only when a person presses Enter, or a driver says go.", ("--confirm",), stage="hardware")
+        bool, "Start only when a person presses Enter, or a driver says go.", Option(("--confirm",), stage="hardware")
     ] = False
     go: Annotated[
         Callable[[], bool] | None,
-        Option(
-            "Function called once per control period; returns whether a person said go since its last call.",
-            stage="hardware",
-        ),
+        "Function called once per control period; returns whether a person said go since its last call.",
+        Option(stage="hardware"),
     ] = None
     preflight: Annotated[
         Callable[[PreflightReport], None] | None,
-        Option("Observer of the preflight check, called at each check.", stage="hardware"),
+        "Observer of the preflight check, called at each check.",
+        Option(stage="hardware"),
     ] = None
     notice: Annotated[
         Callable[[str], None] | None,
-        Option(
-            "Function called with each notice, such as that a simulator's time stopped, or that a goal of an action "
-            "may go on after the run.",
-            stage="hardware",
-        ),
+        "Function called with each notice, such as that a simulator's time stopped, or that a goal of an action "
+        "may go on after the run.",
+        Option(stage="hardware"),
     ] = None
     control: Annotated[
         Control | None,
-        Option("Source of the commands of a person during the run: pause, step, continue ...; else the live page."),
+        "Source of the commands of a person during the run: pause, step, continue ...; else the live page.",
+        Option(),
     ] = None
     full_control: Annotated[
-        bool, Option("Accept commands of the live page other than a pause.", ("--control",), stage="hardware")
+        bool, "Accept commands of the live page other than a pause.", Option(("--control",), stage="hardware")
     ] = False
 
     @property
@@ -219,5 +201,5 @@ class RunOptions(Value):
 
 
 RunOptions.__doc__ = f"{RunOptions.__doc__}\n\n    Attributes:" + "".join(
-    f"\n        {name}: {option.help}" for name, (_, option) in options_of(RunOptions).items()
+    f"\n        {name}: {each.doc}" for name, (each, _) in options_of(RunOptions).items()
 )

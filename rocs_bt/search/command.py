@@ -35,22 +35,24 @@ _LISTED = 12  # maximum number of listed obstacles
 class CommandOptions(EpisodeOptions):
     """Options of the command."""
 
-    family: Annotated[str, Option("Family of the searched scenes.", ("--family",))]
-    given: Annotated[tuple[str, ...], Option("Fix a parameter of the family.", ("--set",), "NAME=VALUE")] = ()
+    family: Annotated[str, "Family of the searched scenes.", Option(("--family",))]
+    given: Annotated[tuple[str, ...], "Fix a parameter of the family.", Option(("--set",), "NAME=VALUE")] = ()
     vary: Annotated[
         tuple[str, ...],
-        Option("Range of a parameter; by default half to twice its value.", ("--vary",), "NAME=LOW..HIGH"),
+        "Range of a parameter; by default half to twice its value.",
+        Option(("--vary",), "NAME=LOW..HIGH"),
     ] = ()
     failure: Annotated[
         Literal["any", "collision", "fell", "failed", "stuck", "timeout", "error"],
-        Option("Outcome to search for.", ("--failure",)),
+        "Outcome to search for.",
+        Option(("--failure",)),
     ] = "any"
-    budget: Annotated[int, Bounds(1), Option("Maximum number of episodes.", ("--budget",))] = 300
-    seed: Annotated[Count, Option("Seed of the sampled scenes.", ("--seed",))] = 1
+    budget: Annotated[int, Bounds(1), "Maximum number of episodes.", Option(("--budget",))] = 300
+    seed: Annotated[Count, "Seed of the sampled scenes.", Option(("--seed",))] = 1
     out: Annotated[
-        Path | None, Option("Project folder to write the scene and a test to.", ("--out",), path="folder")
+        Path | None, "Project folder to write the scene and a test to.", Option(("--out",), path="folder")
     ] = None
-    name: Annotated[str, Option("Name of the scene there; by default PLANNER_in_FAMILY.", ("--name",))] = ""
+    name: Annotated[str, "Name of the scene there; by default PLANNER_in_FAMILY.", Option(("--name",))] = ""
 
 
 @click.command()

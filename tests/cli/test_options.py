@@ -91,7 +91,7 @@ def test_the_options_of_a_run_are_those_that_it_declares(name, stage):
     for attribute, (each, declared) in options_of(RunOptions).items():
         assert (attribute in found) == (bool(declared.flags) and declared.stage in ("", stage))
         if attribute in found:
-            assert (found[attribute].help, found[attribute].default) == (declared.help, each.default)
+            assert (found[attribute].help, found[attribute].default) == (each.doc, each.default)
 
 
 FUNCTIONS = ("prepare", "go", "preflight", "notice")
