@@ -9,7 +9,7 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.toml_table import read_toml
-from rocs_bt.catalog import Catalog, FactSpec
+from rocs_bt.catalog import FactSpec
 from rocs_bt.declare import Key, Scope, Value, read_root
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
@@ -98,11 +98,6 @@ def test_all_faults_are_told_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
         told(tmp_path, text)
     assert [fault.line for fault in caught.value.faults] == [21, 33, 6]
-
-
-def test_no_shipped_scenario_knows_what_its_robots_cannot(tmp_path):
-    for entry in Catalog().list("scenario"):
-        assert isinstance(Catalog().load_scenario(entry.name).facts, tuple)
 
 
 @pytest.mark.parametrize(

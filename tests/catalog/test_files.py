@@ -66,15 +66,6 @@ def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_f
     assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
 
 
-def test_all_faults_of_a_robot_are_told_at_once(robot_file):
-    edit(robot_file, '"0.4 m"', '"0.4 s"')
-    edit(robot_file, '"20 Hz"', '"20 m"')
-    edit(robot_file, 'monitors = ["range", "position"]', 'monitors = ["rnge"]')
-    with pytest.raises(InputError) as caught:
-        load_robot(robot_file)
-    assert sorted(f.line for f in caught.value.faults) == [12, 22, 43]
-
-
 def test_a_scenario_is_read_in_si_units_but_what_classes_declare(project):
     scenario = Catalog(project).load_scenario("walk")
     assert (scenario.name, scenario.world, scenario.duration, scenario.end_on_collision) == (
