@@ -44,13 +44,10 @@ class Agent:
         sharing: Knowledge sharing with other agents; None without sharing.
 
     Attributes:
-        name: Name of the agent and of its robot's node in Knowledge.
-        knowledge: Knowledge of the agent (K of MAPE-K).
         monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
         prompt: Analysers that run before the reflexes in lockstep mode.
         optional: Names of the monitors that have optional sensors only.
         rule_files: Active rule files, which can be reloaded.
-        sharing: Knowledge sharing with other agents; None without sharing.
         failure: First block failure; None if no block failed.
         stopped: Whether the agent was stopped; a stopped agent cannot be restarted.
         reacted: Time of the last evaluation of the reflexes [s].

@@ -37,7 +37,6 @@ class RuleFile:
         cached: Cache of parsed rules, which agents with the same content share.
 
     Attributes:
-        file: Path of the rule file.
         model: Reactive model of the active rules.
 
     Raises:

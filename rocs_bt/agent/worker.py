@@ -39,8 +39,6 @@ class Worker:
         check_heartbeat: Function that is called before each cycle, and that fails the agent if the heartbeat has ended.
 
     Attributes:
-        name: Name of the thread's block.
-        optional: Whether the block is a monitor of optional sensors only.
         patience: Duration of a cycle after which it counts as late [s].
         thread: Thread of the worker; a daemon, so that a hanging block does not keep the process alive.
     """
@@ -107,7 +105,6 @@ class Ticker:
         phase: Time of the first deadline [s].
 
     Attributes:
-        period: Time between two deadlines [s].
         count: Index of the last deadline, from 0; -1 before the first.
     """
 

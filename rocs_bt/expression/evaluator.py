@@ -31,7 +31,6 @@ class Expression:
         margins: Whether each call also computes the robustness margin, for an expression with a truth value.
 
     Attributes:
-        node: Typed tree of the expression.
         margin: Robustness margin at the last call, positive if the expression was true; NaN if unknown or not
             requested.
     """

@@ -58,8 +58,6 @@ class KnowledgeBase(ABC):
 
     Attributes:
         agent: Name of the robot.
-        clock: Source of time.
-        sink: Receives changes of the graph.
         graph: Nodes and relations.
         signals: Measured values, which change in every control period.
         past: Log of the graph's changes, for `as of` queries.

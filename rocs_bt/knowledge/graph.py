@@ -39,10 +39,7 @@ class KnowledgeGraph(Readable):
         schema: Kinds, attributes and relations that may be written.
 
     Attributes:
-        schema: Kinds, attributes and relations that may be written.
         revision: Revision of the newest change.
-        agent: The agent's name.
-        clock: Source of time.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", schema: Schema = SCHEMA) -> None:

@@ -98,7 +98,6 @@ class OccupancyGrid:
         side: Side of the square [m].
 
     Attributes:
-        cell: Side of a cell [m].
         revision: Number of changes of the set of occupied cells, including every move and every `clear`.
         still_revision: The same without the echoes of what moves.
 

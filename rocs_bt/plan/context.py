@@ -156,9 +156,6 @@ class MissionContext:
         dialect: Dialect of the XML trees that the mission loads: that of the scenario, or Nav2's if the mission's own
             file is recognised as such; empty to recognise it.
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
-        privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
-        motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, such as an
-            emergency stop; an empty text if commands pass.
     """
 
     def __init__(

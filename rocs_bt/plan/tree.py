@@ -94,7 +94,6 @@ class TreePlan(Plan):
         InputError: `root` is no tree, a composite has no children, a key has two types, or a node reports an error.
 
     Attributes:
-        root: Root of the tree.
         tree: Tree with its blackboard.
         outline: Descriptions of all nodes, parents before children.
         ticks: Number of ticks.

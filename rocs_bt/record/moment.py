@@ -99,7 +99,6 @@ class Moment:
 
     Attributes:
         tracks: Tracks of the run.
-        t: Time [s].
         agent: Name of the agent.
         now: Time until which the run counts [s].
         mission: Statuses of the nodes of the mission's tree.

@@ -66,7 +66,6 @@ class Tracks(TrackSet):
         signals: Names of the signals to follow; all by default.
 
     Attributes:
-        header: Header of the run.
         events: Events that are not emitted in every period, in order.
         end: Time of the last event [s].
         movers: Actuator that moves each robot, the first that was commanded; empty after its stop.

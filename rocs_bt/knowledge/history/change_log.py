@@ -33,8 +33,6 @@ class ChangeLog:
 
     Attributes:
         agent: Agent that owns the logged knowledge.
-        base: State of the graph before the first of the changes.
-        changes: Changes after the base state, in order of revision.
     """
 
     def __init__(

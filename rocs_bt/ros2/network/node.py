@@ -40,7 +40,6 @@ class RosNode:
         name: Name of the node, if the transport is opened here.
 
     Attributes:
-        settings: The `[ros2]` table.
         transport: Participant of the network.
         types: Message types.
         opened: Identifiers of the publishers that were opened here.

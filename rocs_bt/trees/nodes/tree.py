@@ -47,8 +47,6 @@ class Tree:
         TreeError: Keys have conflicting types, or enum names are unknown; the error lists all of them.
 
     Attributes:
-        root: Root node.
-        board: Blackboard of the root.
         nodes: All nodes, parents before children; a node's uid is its position here, counted from 1.
         boards: Blackboard of each node.
     """
