@@ -48,6 +48,18 @@ class Here(Executor):
         return future
 
 
+class Ends(Executor):
+    """Plays nothing: a function ends the future of each episode."""
+
+    def __init__(self, end):
+        self.end = end
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        self.end(future)
+        return future
+
+
 def bytes_of(found):
     return b"\n".join(encode_record(record) for record in found.records())
 
@@ -249,10 +261,8 @@ def test_two_stores_on_one_file_see_each_others_episodes(tmp_path):
 
 def test_an_episode_that_breaks_is_a_record_and_is_tried_again_only_when_asked(project, catalog, planner):
     planner("told", "return 0.0, 0.0")
-    (project / "planners" / "broken.toml").write_text('format = "planner/1"\npython = "told.py:Told"\n')
-    here = Here()
-    broken = _Breaking(here)
-    first = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=broken)
+    here, breaks = Here(), Ends(lambda future: future.set_exception(RuntimeError("no more memory")))
+    first = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=breaks)
     assert [r.outcome for r in first.records()] == ["error", "error"]
     assert all("RuntimeError: no more memory" in r.reason for r in first.records())
     assert not any(r.reproducible for r in first.records())
@@ -262,16 +272,6 @@ def test_an_episode_that_breaks_is_a_record_and_is_tried_again_only_when_asked(p
     again = SweepOptions(retry_errors=True)
     third = sweep(["told"], ["short"], (1, 2), catalog=catalog, executor=here, store=first.store, options=again)
     assert [r.outcome for r in third.records()] == ["timeout", "timeout"]
-
-
-class _Breaking(Executor):
-    def __init__(self, inner):
-        self._inner = inner
-
-    def submit(self, fn, /, *args, **kwargs):
-        future: Future = Future()
-        future.set_exception(RuntimeError("no more memory"))
-        return future
 
 
 def test_wrong_content_ends_a_sweep_and_says_what(project, catalog):
@@ -291,15 +291,9 @@ def test_without_code_no_worker_runs_any(project, planner):
 
 
 def test_an_executor_that_is_shut_down_is_said_so(catalog):
-    class Shut(Executor):
-        def submit(self, fn, /, *args, **kwargs):
-            future: Future = Future()
-            future.cancel()
-            future.set_running_or_notify_cancel()
-            return future
-
+    shut = Ends(lambda future: (future.cancel(), future.set_running_or_notify_cancel()))
     with pytest.raises(RocsError, match="the executor failed"):
-        sweep(["none"], ["short"], catalog=catalog, executor=Shut())
+        sweep(["none"], ["short"], catalog=catalog, executor=shut)
 
 
 def test_a_sweep_ends_after_the_first_scene_that_is_enough_and_repeats(project, catalog):

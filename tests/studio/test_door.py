@@ -31,6 +31,7 @@ from .test_page import until as shown
 SCENARIO = """doc = "A robot drives to the origin."
 base = "exp1"
 """
+COMMAND = [sys.executable, "-m", "rocs_bt", "studio", "--no-browser"]
 
 
 def record(folder, *, events=(), summary=True):
@@ -159,7 +160,7 @@ class Studio:
 
     def __init__(self, folder, *arguments, **environment):
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", *arguments],
+            [*COMMAND, *arguments],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -198,6 +199,13 @@ class Studio:
         self.lines += self.process.communicate(timeout=GUARD)[0]
 
 
+def refusal(folder, *arguments):
+    """What is said of arguments that are refused."""
+    done = subprocess.run([*COMMAND, *arguments], cwd=folder, capture_output=True, text=True, timeout=GUARD)
+    assert done.returncode == 2
+    return done.stderr
+
+
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     folder = tmp_path_factory.mktemp("project")
@@ -224,15 +232,8 @@ def test_over_ssh_it_prints_the_tunnel_to_type(project):
 
 def test_a_port_that_was_asked_for_and_is_busy_is_an_error_and_else_the_next_one_is_taken(project, studio):
     busy = int(re.search(r":(\d+)/", studio.url)[1])
-    done = subprocess.run(
-        [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", "--port", str(busy)],
-        cwd=project,
-        capture_output=True,
-        text=True,
-        timeout=GUARD,
-    )
-    assert done.returncode == 2
-    assert re.search(rf"port {busy} is not available: .*--port", done.stderr)
+    said = refusal(project, "--port", str(busy))
+    assert re.search(rf"port {busy} is not available: .*--port", said)
     with Studio(project) as second:
         assert second.url
         assert f":{busy}/" not in second.url
@@ -240,15 +241,7 @@ def test_a_port_that_was_asked_for_and_is_busy_is_an_error_and_else_the_next_one
 
 @pytest.mark.parametrize("path", ["nothing", "scenarios/mine.toml"])
 def test_what_is_neither_project_nor_run_is_refused(project, path):
-    done = subprocess.run(
-        [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", path],
-        cwd=project,
-        capture_output=True,
-        text=True,
-        timeout=GUARD,
-    )
-    assert done.returncode == 2
-    assert path in done.stderr
+    assert path in refusal(project, path)
 
 
 def test_wrong_wishes_are_refused_with_the_reason(studio):
