@@ -50,14 +50,9 @@ def mission_faults(
 def infeasible_actions(
     tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None, *, robot: str = THIS_ROBOT
 ) -> Iterator[Fault]:
-    """Faults of actions that exceed the robot's limits, and of goals that are not known.
+    """Faults of actions that exceed the robot's limits, and of goals that are not known; as `mission_faults`.
 
-    Args:
-        tree: Tree of the mission.
-        flow: Uses of the blackboard keys; a goal in a key that a node changes is not checked.
-        knowledge: Knowledge of the robot at the beginning of the run.
-        later: Names of nodes that may become known during the run; None if any node may.
-        robot: Robot in messages; empty if it is an arbitrary one, the limits of which do not count.
+    `flow` has the uses of the blackboard keys: a goal in a key that a node changes is not checked.
     """
     if robot:
         yield from _beyond_limits(tree, flow, knowledge, robot)
