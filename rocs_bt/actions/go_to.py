@@ -22,7 +22,8 @@ class GoTo(GoalAction, PathAction):
     """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 
     If the heading error exceeds 60 deg, the robot first turns on the spot, unless it has another heading than `along`:
-    then it turns while it drives. A moving goal is followed.
+    then it turns while it drives. A moving goal is followed. The goal is the pursued goal of the world model, to which
+    `goal_distance` refers, until the action succeeds or fails.
 
     Attributes:
         goal: Node of the world model with a pose.
