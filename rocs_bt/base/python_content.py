@@ -22,7 +22,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .errors import Fault, InputError, unknown
+from .errors import Fault, InputError, did_you_mean, unknown
 from .files import check_regular, is_file, read_text
 from .raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
@@ -144,6 +144,16 @@ def classes_in(path: Path) -> dict[str, int]:
         InputError: The file cannot be read, or is not valid Python.
     """
     return dict(_outline(path).classes)
+
+
+def lacks_class(path: Path, name: str) -> Fault | None:
+    """Fault of a Python file that has no class of a name, or that cannot be read; the file is not run."""
+    try:
+        classes = classes_in(path)
+    except InputError as error:
+        return error.faults[0]
+    hint = did_you_mean(name, classes, f"'{path.name}'")
+    return None if name in classes else Fault(f"'{path.name}' has no class '{name}'.", hint=hint)
 
 
 def functions_in(path: Path) -> dict[str, int]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from ..base.errors import Fault, InputError
-from ..base.files import is_file, same_file
+from ..base.files import confined, is_file, same_file
+from ..base.python_content import is_reference, lacks_class
 from ..base.toml_table import Table, read_toml
 from ..declare import place_of
 from ..knowledge import SCHEMA, Schema, load_schema
@@ -114,7 +115,7 @@ class Catalog(MissionCatalog):
         file = entry.path
         own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
         table = merged_with_base(own, lambda base: self.find("scenario", base, named_in=file).path)
-        return read_scenario(table, partial(self._missing, file), missions=missions)
+        return read_scenario(table, partial(self._unusable, table), missions=missions)
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
         """Catalog entries of all files that a scenario uses, including the scenario, for `content_hash`.
@@ -124,12 +125,43 @@ class Catalog(MissionCatalog):
         """
         entries = [self.entry_of(scenario), self.find("world", scenario.world)]
         entries += [self.find("scenario", path.stem) for path in scenario.bases]
+        scripts = {actor.script for actor in scenario.actors if is_reference(actor.script)}
+        files = (self._script_file((scenario.file, *scenario.bases), script) for script in scripts)
+        entries += [make_entry(file, "script", "file") for file in files]
         for name in scenario.robots:
             entries += self.content_of_robot(name)
         for agent in scenario.agents:
             entries += self.content_of_controller(agent)
         entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
+
+    def load_script(self, scenario: ScenarioSpec, name: str) -> type:
+        """Load the class of a script that an actor of a scenario names by `file.py:Class`.
+
+        Raises:
+            InputError: The file does not load or lacks the class, or `--no-code` forbids it.
+        """
+        return self.load_class(self._script_file((scenario.file, *scenario.bases), name), name.partition(":")[2])
+
+    def _script_file(self, files: Sequence[Path], name: str) -> Path:
+        """File of a script `file.py:Class`: beside one of the scenarios; that of a family's scene is in `scenarios`."""
+        script = name.partition(":")[0]
+        folders = [*(file.parent for file in files), *(root / "scenarios" for root in self.roots)]
+        found = next((folder for folder in folders if is_file(folder / script)), None)
+        if found is None:
+            raise InputError(Fault(f"there is no file '{script}' beside the scenario."))
+        return confined(script, found, (found,))
+
+    def _unusable(self, root: Table, kind: str, name: str) -> Fault | None:
+        """Fault of content that a scenario names; the names of shipped scripts are those of the simulation."""
+        if kind != "script":
+            return self._missing(root.file, kind, name)
+        if not is_reference(name):
+            return None
+        try:
+            return lacks_class(self._script_file((root.file, *root.bases), name), name.partition(":")[2])
+        except InputError as error:
+            return error.faults[0]
 
     def entry_of(self, scenario: ScenarioSpec) -> Entry:
         """Entry of a loaded scenario."""

@@ -27,7 +27,6 @@ from ..declare import (
     SetByPrograms,
     Value,
     Wrong,
-    fields_of,
     given_of,
     place_of,
     read,
@@ -283,7 +282,5 @@ class ActuatorSpec(DeviceSpec):
 DEVICES: Mapping[str, type[DeviceSpec]] = {"sensor": SensorSpec, "actuator": ActuatorSpec}
 """Classes of devices by the name of their table."""
 
-
-def wiring_keys(kind: str) -> tuple[str, ...]:
-    """Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the device's."""
-    return tuple(each.key for each in fields_of(DEVICES[kind]) if each.is_key)
+OVERLAID = (*DEVICES, "locomotion")
+"""Tables of a robot that an agent of a scenario may override."""

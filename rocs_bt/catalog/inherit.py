@@ -2,28 +2,31 @@
 
 Tables are merged key by key. In arrays of tables, tables of equal `name` are merged; a table with a new name is
 appended. All other values replace those of the base. If a file replaces a mission, it does not inherit the parameters
-of the old mission; if it replaces a driver, it does not inherit the keys of the old driver.
+of the old mission; if it replaces a driver or script, it does not inherit the keys of the old one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
 from ..base.toml_table import KnownKey, Table, read_toml
 from ..base.toml_text import Key, are_tables
-from ..declare import Open
-from .device_spec import DEVICES, wiring_keys
+from ..declare import Declared, Open, keys_of
+from .device_spec import DEVICES
+from .scenario_file import ActorSpec
 
 Positions = dict[Key, tuple[int, int]]
 FindBase = Callable[[str], Path]
 """Function that returns the file of a `base`; raises InputError if it does not exist."""
 
-
-OVERLAID = ("sensor", "actuator", "locomotion")
-"""Tables of a robot that an agent of a scenario may override."""
+_OWNERS: Mapping[str | int, tuple[type[Declared], str]] = {
+    **{kind: (cls, "driver") for kind, cls in DEVICES.items()},
+    "actor": (ActorSpec, "script"),
+}
+"""Tables with keys that belong to the value of another key, by name: their declared class, and that key."""
 
 
 def overlay_table(overlay: Open) -> Table:
@@ -104,12 +107,13 @@ def _merged(
 
 
 def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[str]:
-    """Keys of the base that are not inherited, because the file replaces the mission or driver to which they belong."""
+    """Keys of the base that are not inherited: the file replaces the mission, driver or script to which they belong."""
     dropped = set[str]()
     if "mission" in own and own["mission"] != base.get("mission"):
         dropped.add("parameters")
-    if key and key[0] in DEVICES and "driver" in own and own["driver"] != base.get("driver"):
-        dropped.update(base.keys() - wiring_keys(str(key[0])))
+    cls, owner = _OWNERS.get(key[0] if key else "", (None, ""))
+    if cls is not None and owner in own and own[owner] != base.get(owner):
+        dropped.update(base.keys() - keys_of(cls))
     return dropped
 
 

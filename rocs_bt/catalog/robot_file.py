@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from ..analyze import ANALYZERS
-from ..base.errors import Fault, InputError, did_you_mean
+from ..base.errors import Fault, did_you_mean
 from ..base.files import is_file
-from ..base.python_content import classes_in, is_reference
+from ..base.python_content import is_reference, lacks_class
 from ..base.registered import registered
 from ..base.toml_table import Table
 from ..declare import Open, Scope, names_of, place_of, read_root, replaced, rows_in
@@ -56,9 +56,4 @@ def _missing(root: Table, known: dict[str, Collection[str]], kind: str, name: st
         return Fault(f"'{file}' is not in the robot's folder.", hint=there)
     if not is_file(path):
         return Fault(f"there is no file '{file}' beside robot.toml.")
-    try:
-        classes = classes_in(path) if cls else {}
-    except InputError as error:
-        return error.faults[0]
-    hint = did_you_mean(cls, classes, f"'{file}'")
-    return None if cls in classes or not cls else Fault(f"'{file}' has no class '{cls}'.", hint=hint)
+    return lacks_class(path, cls) if cls else None

@@ -30,7 +30,7 @@ from ..declare import (
     replaced,
     rows_in,
 )
-from .inherit import OVERLAID
+from .device_spec import OVERLAID
 from .marks import At, Coordinate, Dialect, Identifier, Jitter, Latency, Name, PlaceKeys, Pose
 from .perturbation import Perturbation
 from .scenario_tables import AGENTS, FactSpec, GroundSpec, PushSpec, RateSpec
@@ -132,7 +132,7 @@ class ActorSpec(Value):
     Attributes:
         name: Actor's name, and prefix of a robot's body in the world; for an object, the name of its body.
         robot: Robot's name; empty for an object.
-        script: Name of the script that moves the robot or object.
+        script: Name of the script that moves the robot or object, or `file.py:Class` beside the scenario.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
         one_of: Group of objects of which the seed selects one, the only one that follows its script; empty for none.
@@ -141,19 +141,19 @@ class ActorSpec(Value):
 
     name: Annotated[Name, Identifier]
     robot: Annotated[str, Content("robot")] = ""
-    script: str
+    script: Annotated[str, Content("script")]
     pose: Pose
     jitter: Jitter = Pose2(0.0, 0.0)
     one_of: str = ""
     parameters: Annotated[Mapping[str, Any], Rest()] = Open()
 
-    def script_parameters(self, declared: type[D]) -> D:
-        """The parameters as the class of the script declares them.
+    def with_keys(self, script: type[D]) -> D:
+        """The script with the keys of this table.
 
         Raises:
             InputError: Parameters are unknown, missing, of a wrong unit or out of range; the error lists all faults.
         """
-        return read_values(declared, self.parameters, f"{self.script} '{self.name}'")
+        return read_values(script, self.parameters, f"{self.script.rpartition(':')[2]} '{self.name}'")
 
     @classmethod
     def _prepare(cls, table: Table, scope: Scope) -> None:

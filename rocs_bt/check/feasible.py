@@ -27,7 +27,7 @@ from ..running.simulated_stage import simulated_agents
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from ..simulation.identified_file import identified_path
 from ..simulation.identify import WORLD
-from ..simulation.scripted_objects import FREE
+from ..simulation.scripts import FREE
 from .identified import TOLERANCE
 from .robot import trial_faults
 

@@ -380,6 +380,21 @@ def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
     return cls._fields
 
 
+def keys_of(cls: type[Declared]) -> set[str]:
+    """Keys that a table of a declared class may have, without those that belong to the value of another key."""
+    found = set[str]()
+    for each in fields_of(cls):
+        if (inner := each.mark(Keys)) is not None and inner.here:
+            found |= keys_of(inner.cls)
+        elif (more := each.mark(Rest)) is not None:
+            found |= set(more.keys)
+        elif (added := each.mark(Registered)) is not None:
+            found |= set(added.names)
+        elif each.is_key:
+            found.add(each.key)
+    return found
+
+
 def values_of(of: Declared) -> dict[str, Any]:
     """Values of the fields, by name."""
     return {name: of.__dict__[name] for name in of._names}

@@ -26,7 +26,7 @@ from ..record import AgentInfo, BodyInfo, Place, RunHeader, SensorInfo, SignalIn
 from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
-from ..simulation.scripted_objects import FREE
+from ..simulation.scripts import FREE
 from ..simulation.simulated_world import SimulatedWorld
 from .requirements import requirements_of
 

@@ -12,6 +12,7 @@ from contextlib import ExitStack, contextmanager
 from ..agent import Agent, Runtime, ThreadedRunner
 from ..base.clock import Clock, Rate, WallClock, wait_until
 from ..base.errors import Fault
+from ..base.python_content import running_class
 from ..catalog import Catalog, ScenarioSpec
 from ..devices.mujoco import Contact
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
@@ -194,7 +195,8 @@ class SimulatedStage:
                 if not self.judges[agent.name].decided:
                     agent.step(self._count)
         for actor in self._actors:
-            actor.step(t)
+            with running_class(type(actor)):
+                actor.step(t)
         if self.time_stops:
             self._world.advance(self._control.every)
             self._count += 1

@@ -7,8 +7,8 @@ from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .random_streams import stream
 from .scripted_object import ScriptedObject
-from .scripted_objects import SCRIPTED_OBJECTS, make_scripted_object
-from .scripted_robots import SCRIPTED_ROBOTS, ScriptedRobot, make_scripted_robot
+from .scripted_robots import ScriptedRobot
+from .scripts import SCRIPTED_OBJECTS, SCRIPTED_ROBOTS
 from .simulated_world import SimulatedWorld, build_world, compose_scenario
 
 __all__ = [
@@ -28,8 +28,6 @@ __all__ = [
     "compose_scenario",
     "free_goal_poses",
     "hardware_driver",
-    "make_scripted_object",
-    "make_scripted_robot",
     "on_hardware",
     "place_all",
     "run_physics",

@@ -82,7 +82,7 @@ class Foresight:
         ghost = self._ghost
         ghost.mirror()
         scripts = [copy.deepcopy(script, {id(self._world): ghost}) for script in self._radii]
-        period, rows = scripts[0].period, list[list[Pose2]]()
+        period, rows = scripts[0].control_period, list[list[Pose2]]()
         self._looked, self._times = t, np.array(t + period * np.arange(round(HORIZON / period) + 1), float)
         for then in self._times.tolist():
             rows.append([ghost.object_pose(script.name) for script in scripts])

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
 
 import numpy as np
 
 from ..base.geometry import Pose2
+from ..declare import Declared
 from ..devices.mujoco import MujocoWorld, Near
 
 Vector = tuple[float, float]
@@ -20,27 +20,32 @@ _AWAY = 0.05
 """Gap from which an object has moved away from a robot that it touched [m]."""
 
 
-class ScriptedObject(ABC):
-    """Script that moves one object.
+class ScriptedObject(Declared, ABC):
+    """Script that moves one object; the annotations of a subclass are the keys of its table in the scenario."""
 
-    Args:
-        name: Name of the object in the world.
-        world: The world; a script may read ground truth.
-        start: Start pose.
-        rng: Random stream of the script.
-        period: Control period [s].
-    """
+    def bind(
+        self, name: str, world: MujocoWorld, start: Pose2, rng: np.random.Generator, control_period: float
+    ) -> None:
+        """Attach the script to its object, and place it at its start; called once, before the first step.
 
-    Parameters: ClassVar[type]
-
-    def __init__(self, name: str, world: MujocoWorld, start: Pose2, rng: np.random.Generator, period: float) -> None:
+        Args:
+            name: Name of the object in the world.
+            world: The world; a script may read ground truth.
+            start: Start pose, world frame.
+            rng: Random stream of the script.
+            control_period: Control period [s].
+        """
         self.name = name
         self.world = world
         self.start = start
         self.rng = rng
-        self.period = period
+        self.control_period = control_period
         self._touched: set[str] = set()  # robots that it touched, and from which it has not moved away
         world.place_object(name, start)
+        self.begin()
+
+    def begin(self) -> None:
+        """Compute what the script needs, such as random values of its `rng`; nothing by default."""
 
     @property
     def states(self) -> dict[str, Pose2]:
@@ -64,8 +69,8 @@ class ScriptedObject(ABC):
     def _stopped(self, velocity: Vector) -> Vector:
         """The part of a velocity that pushes into no robot [m/s]: an object stops at what it touches."""
         wish = np.array(velocity)
-        for near in self._near(float(np.hypot(*wish)) * self.period):
-            wish -= max(float(wish @ near.direction) - self._room(near) / self.period, 0.0) * near.direction
+        for near in self._near(float(np.hypot(*wish)) * self.control_period):
+            wish -= max(float(wish @ near.direction) - self._room(near) / self.control_period, 0.0) * near.direction
         return float(wish[0]), float(wish[1])
 
     def _stopped_turn(self, rate: float) -> float:
@@ -73,7 +78,7 @@ class ScriptedObject(ABC):
         pose = self.world.object_pose(self.name)
         for near in self._near(1.0):
             x, y = near.point - (pose.x, pose.y)
-            way = rate * self.period * float(near.direction @ (-y, x))  # [m] towards the robot
+            way = rate * self.control_period * float(near.direction @ (-y, x))  # [m] towards the robot
             if way > 0.0:
                 rate *= min(self._room(near) / way, 1.0)
         return rate
@@ -89,4 +94,4 @@ class ScriptedObject(ABC):
 
     def towards(self, at: Vector, target: Vector) -> Vector:
         """Velocity [m/s] that moves the object from `at` to `target` [m] within one control period."""
-        return (target[0] - at[0]) / self.period, (target[1] - at[1]) / self.period
+        return (target[0] - at[0]) / self.control_period, (target[1] - at[1]) / self.control_period

@@ -4,35 +4,34 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any
+from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
 
-from ..base.errors import UnknownName, unknown
 from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveSeconds, RadiansPerSecond
-from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
-from ..declare import Value, Wrong, has_key
+from ..declare import Declared, Wrong, has_key
 from ..devices.mujoco import MujocoWorld
 from ..interfaces.safety import SafetyGate
 
 
-class ScriptedRobot(ABC):
-    """Script that drives one robot.
+class ScriptedRobot(Declared, ABC):
+    """Script that drives one robot; the annotations of a subclass are the keys of its table in the scenario."""
 
-    Args:
-        name: Name of the robot in the world.
-        world: World of the robot; a script may use ground truth.
-        locomotion: Locomotion of the robot.
-        motion: Actuator of the locomotion.
-        rng: Random stream of the script.
-    """
-
-    def __init__(
+    def bind(
         self, name: str, world: MujocoWorld, locomotion: Locomotion, motion: SafetyGate, rng: np.random.Generator
     ) -> None:
+        """Attach the script to its robot; called once, before the first step.
+
+        Args:
+            name: Name of the robot in the world.
+            world: World of the robot; a script may use ground truth.
+            locomotion: Locomotion of the robot.
+            motion: Actuator of the locomotion.
+            rng: Random stream of the script.
+        """
         self.name = name
         self.world = world
         self.locomotion = locomotion
@@ -40,6 +39,10 @@ class ScriptedRobot(ABC):
         self.rng = rng
         self._twist: Twist2 | None = None
         self._values: list[float] = []
+        self.begin()
+
+    def begin(self) -> None:
+        """Compute what the script needs, such as random values of its `rng`; nothing by default."""
 
     @abstractmethod
     def twist(self, t: float, pose: Pose2) -> Twist2:
@@ -59,8 +62,10 @@ class ScriptedRobot(ABC):
         self.motion.command(self._values)
 
 
-class RandomWalkParameters(Value):
-    """Parameters of the script `random_walk`, which drives legs of constant speed and curvature.
+class RandomWalk(ScriptedRobot):
+    """Random walk: legs of random speed, curvature and duration, with turns in place between legs and before walls.
+
+    It does not avoid robots.
 
     Attributes:
         max_speed: Maximum speed of a leg [m/s].
@@ -79,6 +84,10 @@ class RandomWalkParameters(Value):
     max_leg_duration: PositiveSeconds = 5.0
     margin: Annotated[Metres, NOT_NEGATIVE] = 0.33
 
+    _AHEAD = 0.15  # [m] distance ahead of the axle at which walls are detected
+    _LOOK = 0.6  # [m] distance along a new heading at which there must be space
+    _HEADINGS = 16  # number of sampled headings; if none has enough space, the one with the most is taken
+
     def _check(self) -> Iterator[Wrong]:
         """Faults of minimums above their maximums."""
         for low, high in (("min_speed", "max_speed"), ("min_leg_duration", "max_leg_duration")):
@@ -86,21 +95,7 @@ class RandomWalkParameters(Value):
                 message = f"{low} is {getattr(self, low):g}, and {high} is {getattr(self, high):g}."
                 yield Wrong(high if has_key(self, high) else low, message, "A minimum must not exceed its maximum.")
 
-
-class RandomWalk(ScriptedRobot):
-    """Random walk: legs of random speed, curvature and duration, with turns in place between legs and before walls.
-
-    It does not avoid robots.
-    """
-
-    Parameters = RandomWalkParameters
-    _AHEAD = 0.15  # [m] distance ahead of the axle at which walls are detected
-    _LOOK = 0.6  # [m] distance along a new heading at which there must be space
-    _HEADINGS = 16  # number of sampled headings; if none has enough space, the one with the most is taken
-
-    def __init__(self, *args: Any, parameters: RandomWalkParameters) -> None:
-        super().__init__(*args)
-        self._p = parameters
+    def begin(self) -> None:
         self._heading = math.nan  # [rad] target of the turn; NaN during a leg
         self._until = 0.0
         self._leg = Twist2(0.0)
@@ -113,20 +108,20 @@ class RandomWalk(ScriptedRobot):
             return self._leg
         error = wrap_angle(self._heading - pose.yaw)
         if abs(error) > 0.08:
-            rate = min(max(2.0 * error, -self._p.in_place_turn_rate), self._p.in_place_turn_rate)
+            rate = min(max(2.0 * error, -self.in_place_turn_rate), self.in_place_turn_rate)
             return Twist2(0.0, rate)
         self._heading = math.nan
         self._look_at = t
-        self._until = t + self.rng.uniform(self._p.min_leg_duration, self._p.max_leg_duration)
-        bend = self.rng.uniform(-self._p.max_leg_turn_rate, self._p.max_leg_turn_rate)
-        self._leg = Twist2(self.rng.uniform(self._p.min_speed, self._p.max_speed), bend)
+        self._until = t + self.rng.uniform(self.min_leg_duration, self.max_leg_duration)
+        bend = self.rng.uniform(-self.max_leg_turn_rate, self.max_leg_turn_rate)
+        self._leg = Twist2(self.rng.uniform(self.min_speed, self.max_speed), bend)
         return self._leg
 
     def _walled(self, t: float, pose: Pose2) -> bool:
         if t < self._look_at:
             return False
-        spare = self._room(pose, pose.yaw, self._AHEAD) - self._p.margin
-        self._look_at = t + spare / (self._p.max_speed + self._AHEAD * self._p.max_leg_turn_rate)
+        spare = self._room(pose, pose.yaw, self._AHEAD) - self.margin
+        self._look_at = t + spare / (self.max_speed + self._AHEAD * self.max_leg_turn_rate)
         return spare < 0.0
 
     def _choose(self, pose: Pose2) -> float:
@@ -134,45 +129,9 @@ class RandomWalk(ScriptedRobot):
         headings = self.rng.uniform(-math.pi, math.pi, self._HEADINGS).tolist()
         rooms = [self._room(pose, heading, self._LOOK) for heading in headings]
         for heading, room in zip(headings, rooms, strict=True):
-            if room > 1.2 * self._p.margin:
+            if room > 1.2 * self.margin:
                 return float(heading)
         return float(headings[int(np.argmax(rooms))])
 
     def _room(self, pose: Pose2, heading: float, ahead: float) -> float:
         return self.world.room(pose.x + ahead * math.cos(heading), pose.y + ahead * math.sin(heading))
-
-
-SCRIPTED_ROBOTS: Mapping[str, type[RandomWalk]] = {"random_walk": RandomWalk}
-
-
-def make_scripted_robot(
-    actor: ActorSpec,
-    *,
-    world: MujocoWorld,
-    locomotion: Locomotion,
-    motion: SafetyGate,
-    rng: np.random.Generator,
-) -> ScriptedRobot:
-    """Construct a scripted robot by the name of its script.
-
-    Args:
-        actor: Table of the robot in the scenario; its script is a key of `SCRIPTED_ROBOTS`.
-        world: World of the robot.
-        locomotion: Locomotion of the robot.
-        motion: Actuator of the locomotion.
-        rng: Random stream of the script.
-
-    Raises:
-        InputError: Unknown script, or wrong parameters; lists every fault.
-    """
-    if actor.script not in SCRIPTED_ROBOTS:
-        raise UnknownName(unknown("robot script", actor.script, SCRIPTED_ROBOTS))
-    cls = SCRIPTED_ROBOTS[actor.script]
-    return cls(
-        actor.name,
-        world,
-        locomotion,
-        motion,
-        rng,
-        parameters=actor.script_parameters(cls.Parameters),
-    )

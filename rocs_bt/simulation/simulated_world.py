@@ -37,8 +37,9 @@ from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
 from .random_streams import CHOICE, ODOMETER, START, loop_of, noise_of, stream
 from .scripted_object import ScriptedObject
-from .scripted_objects import FREE, FreeParameters, make_scripted_object
-from .scripted_robots import ScriptedRobot, make_scripted_robot
+from .scripted_objects import Free
+from .scripted_robots import ScriptedRobot
+from .scripts import FREE, object_script, robot_script
 
 ENCODED, COUNTS = ("motors", "wheel_radius", "signs"), 4096
 """Keys of an actuator that its encoders share, and their counts per turn of a wheel."""
@@ -104,7 +105,7 @@ def build_world(
     world, robots, actual = _compose(scenario, catalog, time, seed)
     world.places = {place.name: place.pose for place in scenario.places}
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
-    objects = _scripted_objects(world, scenario, seed)
+    objects = _scripted_objects(world, catalog, scenario, seed)
     at_rest = _at_rest(scenario, seed)
     with located_at(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.actors if m.robot)], scenario.name, seed)
@@ -246,7 +247,7 @@ def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
         if actor.one_of:
             message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
             raise InputError(Fault(message, hint="Remove one_of."))
-        mass = actor.script_parameters(FreeParameters).mass
+        mass = actor.with_keys(Free).mass
     return FreeObject(actor.name, mass, scenario.file, place_of(actor).line)
 
 
@@ -297,30 +298,25 @@ def _actors(
         spec = robot.mover
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
         with located_at(scenario.file, place_of(actor).line):
-            made = make_scripted_robot(
-                actor,
-                world=world,
-                locomotion=robot.locomotion,
-                motion=gate,
-                rng=stream(scenario.name, seed, actor.name, actor.script),
-            )
+            made = robot_script(actor, partial(catalog.load_script, scenario))
+            with running_class(type(made)):
+                made.bind(
+                    actor.name, world, robot.locomotion, gate, stream(scenario.name, seed, actor.name, actor.script)
+                )
         actors.append(made)
     return actors
 
 
-def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
+def _scripted_objects(world: MujocoWorld, catalog: Catalog, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
     """Place all objects of the scenario, and construct their scripts."""
     made, at_rest = [], _at_rest(scenario, seed)
     for actor in (m for m in scenario.actors if not m.robot):
         start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
         with located_at(scenario.file, place_of(actor).line):
-            each = make_scripted_object(
-                actor,
-                world=world,
-                start=start,
-                rng=stream(scenario.name, seed, actor.name, actor.script),
-                period=scenario.rate.control_rate.period,
-            )
+            each = object_script(actor, partial(catalog.load_script, scenario))
+            rng = stream(scenario.name, seed, actor.name, actor.script)
+            with running_class(type(each)):
+                each.bind(actor.name, world, start, rng, scenario.rate.control_rate.period)
         if actor.name in at_rest:
             world.place_object(actor.name, start)  # a script may begin at another pose
         made.append(each)

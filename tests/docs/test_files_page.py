@@ -12,7 +12,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import PlannerSpec, ScenarioSpec, load_robot
-from rocs_bt.declare import Keys, Registered, Rest, Value, fields_of
+from rocs_bt.declare import Registered, Value, fields_of, keys_of
 from rocs_bt.devices.simulated import ACTUATORS, SENSORS, declared_keys
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
@@ -264,21 +264,6 @@ def test_every_blocks_parameters_are_documented():
     }
 
 
-def keys_of(cls):
-    """Keys of a table of a declared class."""
-    found = set()
-    for each in fields_of(cls):
-        if (inner := each.mark(Keys)) is not None and inner.here:
-            found |= keys_of(inner.cls)
-        elif (rest := each.mark(Rest)) is not None:
-            found |= set(rest.keys)
-        elif (added := each.mark(Registered)) is not None:
-            found |= set(added.names)
-        elif each.is_key:
-            found.add(each.key)
-    return found
-
-
 def tables(cls, title):
     """Declared classes of a file, each with the title of its table in the page."""
     yield title, cls
@@ -300,7 +285,7 @@ def test_the_keys_of_a_declared_table_are_documented(title, cls):
 
 def test_every_scripts_parameters_are_documented():
     scripts = {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}
-    assert by_owner("Scripts of scripted actors") == {n: keys_of(c.Parameters) for n, c in scripts.items()}
+    assert by_owner("Scripts of scripted actors") == {n: keys_of(c) for n, c in scripts.items()}
 
 
 def test_the_places_of_blocks_and_names_are_the_tables():

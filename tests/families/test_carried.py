@@ -19,8 +19,8 @@ from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.declare import fields_of
 from rocs_bt.devices.mujoco import MujocoWorld, compose_world
 from rocs_bt.event import NullSink
-from rocs_bt.simulation import build_world, make_scripted_object
-from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
+from rocs_bt.simulation import SCRIPTED_OBJECTS, build_world
+from rocs_bt.simulation.scripts import object_script
 
 PERIOD = 0.05
 GROUND = Ground(
@@ -42,11 +42,13 @@ def carried(world: MujocoWorld, script: str, name: str = "P1", seed: int = 1, **
     start = Pose2(2.0, 4.0) if name == "P1" else Pose2(8.0, 4.1)
     rng = np.random.default_rng(seed)
     script_class = SCRIPTED_OBJECTS.get(script)
-    declared = fields_of(script_class.Parameters) if script_class else ()
+    declared = fields_of(script_class) if script_class else ()
     units = {each.name: str(each.mark(Dimension)) for each in declared if each.mark(Dimension)}
     given = {k: f"{v} {units[k]}" if k in units and isinstance(v, (int, float)) else v for k, v in parameters.items()}
     actor = ActorSpec(name=name, script=script, pose=start, jitter=start, parameters=given)
-    return make_scripted_object(actor, world=world, start=start, rng=rng, period=PERIOD)
+    made = object_script(actor, type)
+    made.bind(name, world, start, rng, PERIOD)
+    return made
 
 
 def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:
