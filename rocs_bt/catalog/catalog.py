@@ -156,7 +156,7 @@ class Catalog(MissionCatalog):
         """Fault of content that a scenario names; the names of shipped scripts are those of the simulation."""
         if kind != "script":
             return self._missing(root.file, kind, name)
-        if not is_reference(name):
+        if not is_reference(name):  # the catalog is below the simulation, whose names are asked for when it is built
             return None
         try:
             return lacks_class(self._script_file((root.file, *root.bases), name), name.partition(":")[2])

@@ -32,12 +32,16 @@ class RegisteredDevices:
         keys: Class of the keys, for `sensor` and `actuator`; a kind without devices is missing.
         sensor: Makes a sensor that is read at a rate.
         actuator: Maker of an actuator; of an isolated one (True) it is called in a process of its own.
+        source: Full name of a source that a device's table names, such as a topic.
+        simulated: Whether the robot is that of a simulator, which can be stopped without danger.
     """
 
     title: str
     keys: Mapping[str, type[Value]]
     sensor: Callable[[RobotSpec, SensorSpec, Host, Rate], Sensor] = _none
     actuator: Callable[[RobotSpec, ActuatorSpec, bool], ActuatorMaker] = _none
+    source: Callable[[RobotSpec, str], str] = lambda robot, name: name
+    simulated: Callable[[RobotSpec], bool] = lambda robot: False
 
 
 def registered_devices(name: str) -> RegisteredDevices | None:

@@ -16,6 +16,7 @@ from ..base.errors import DeviceError, Fault, InputError, located_at, unknown
 from ..base.raised import describe
 from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
+from ..catalog.registered_devices import registered_devices
 from ..declare import place_of
 from ..devices.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
 from ..devices.mujoco.body import hull_outline
@@ -121,7 +122,8 @@ _NAME, _SIMULATED = "R1", (SimulatedSensor, SimulatedActuator)
 
 def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator[Fault]:
     """Compare `[body]` with the outline of the model's hull, which collides."""
-    if "ros2" in robot.tables:  # a real robot can have another size than the simulated one on which it is based
+    # A real robot can have another size than the simulated one on which it is based.
+    if any(device.driver in registered("rocs_bt.devices") for device in (*robot.sensors, *robot.actuators)):
         return
     outline = hull_outline(world.model, world.robots[name].hull)
     for key, declared, along in (("length", robot.body.length, 0), ("width", robot.body.width, 1)):
@@ -179,7 +181,8 @@ def _registered_faults(robot: RobotSpec) -> Iterator[Fault]:
 
 def _not_isolated(robot: RobotSpec, actuator: ActuatorSpec) -> Iterator[Fault]:
     """Warn of an actuator on hardware that no other process stops, unless the robot follows a simulator's clock."""
-    if not actuator.isolated and not ("ros2" in robot.tables and robot.tables["ros2"].use_sim_time):
+    devices = registered_devices(actuator.driver)
+    if not actuator.isolated and (devices is None or not devices.simulated(robot)):
         message = f"nothing sends neutral to '{actuator.name}' if this program hangs, is stopped or killed."
         hint = "Write isolated = true, unless only one program can open the line and it also carries the sensors."
         yield Fault(message, robot.file, actuator.line, hint=hint, warning=True)

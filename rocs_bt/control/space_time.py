@@ -75,8 +75,40 @@ TIGHT, SOLID = 0.02, 40.0
 SIDES = ("right", "left", "either")
 """Sides on which a robot may prefer to pass others."""
 
-REVERSE = 1.5
-"""Additional cost of a second in reverse."""
+REVERSE, IN_REVERSE = 1.5, -0.05
+"""Additional cost of a second in reverse, and speed below which it is one [m/s]."""
+
+TURNS, SPEEDS, TURNED, AT_ONCE = 0.03, 0.04, 0.03, 0.02
+"""Cost of a change of the turn rate [s2/rad] and of the speed [s2/m], of a turn [s/rad], and of the difference of the
+first targets from the present motion, in both units: of two equal plans the robot takes the calmer one.
+"""
+
+MOVES, MOVING = 5.0, 0.05
+"""Further cost of each pose at which the robot moves below that gap [s], and speed of its corners from which it does
+[m/s].
+"""
+
+NARROW, WALL = 0.25, 0.6
+"""Static gap below which speed costs [m], and that cost per gap that is lacking [s/m2]."""
+
+EDGE, DEPTH, LEAST, MOST = 0.3, 0.3, 0.4, 1.3
+"""Factor on the price of a contact at the edge of a predicted disc, where it may not happen, depth in the disc by which
+the factor grows by 1 [m], and its bounds.
+"""
+
+RESTING = 0.25
+"""Cost of closeness of a robot at rest, beside the square of its speed [m2/s2]."""
+
+AHEAD, AWAY, NEAR_GOAL = 0.25, 0.6, 0.5
+"""Distance ahead at which the way to the goal is compared with that from here [m], cost of a heading across the way,
+twice that of one away from it [s], and way that is left from which on it costs less, down to 0 at this distance [m].
+"""
+
+PACE = 0.9
+"""Share of the cruise speed at which the rest of the way is estimated."""
+
+BACK_TURN = 0.55
+"""Share of the turn rate in reverse."""
 
 KEY = (0.25, 0.25, 0.4, 0.4)
 """Differences of x [m], y [m], yaw [rad] and speed [m/s] below which two states of a layer count as one."""
@@ -189,6 +221,7 @@ class SpaceTime:
         near = _targets(limits, (0.0, -0.44, 0.44, -1.0, 1.0), (0.3, 0.65, 1.0), (0.4, 1.0))
         far = _targets(limits, (0.0, -1.0, 1.0), (0.5, 1.0), (1.0,))
         brakes = math.ceil(max(limits.cruise, limits.back) / (limits.deceleration * LAYER) - 1e-9)
+        # The last layers only brake: a plan that ends in motion would be free of what comes just after its horizon.
         self._targets = [near if layer < FINE else far for layer in range(LAYERS)]
         self._targets += [(np.zeros(1), np.zeros(1))] * brakes
         self._h = LAYER / PARTS
@@ -263,10 +296,10 @@ class SpaceTime:
         faster, turned, swing = v - s.v, w - s.w, limits.turn_acceleration
         reached = s.v + np.minimum(np.maximum(faster, -down * LAYER), up * LAYER)
         turning = s.w + np.minimum(np.maximum(turned, -swing * LAYER), swing * LAYER)
-        cost = s.cost + 0.03 * np.abs(turning - s.w) + 0.04 * np.abs(reached - s.v)
-        cost += 0.03 * LAYER * np.abs(turning) + REVERSE * LAYER * (reached < -0.05)
+        cost = s.cost + TURNS * np.abs(turning - s.w) + SPEEDS * np.abs(reached - s.v)
+        cost += TURNED * LAYER * np.abs(turning) + REVERSE * LAYER * (reached < IN_REVERSE)
         if layer == 0:
-            cost += 0.02 * (np.abs(turned) + np.abs(faster))
+            cost += AT_ONCE * (np.abs(turned) + np.abs(faster))
         ramp = self._ramp
         speed = s.v + np.minimum(np.maximum(faster, -down * ramp), up * ramp)
         turn = s.w + np.minimum(np.maximum(turned, -swing * ramp), swing * ramp)
@@ -276,8 +309,8 @@ class SpaceTime:
         y = s.y + h * np.cumsum(speed * np.sin(middle), axis=0)
         c, sine, fast, hit = np.cos(yaw), np.sin(yaw), np.abs(speed), s.hit
         gap, corner = gaps(x, y, c, sine), fast + self._hull.outer * np.abs(turn)
-        added = np.where(gap < tight, SOLID * corner + 5.0 * (corner > 0.05), 0.0)
-        added += 0.6 * h * fast * np.minimum(np.maximum(0.25 - gap, 0.0), 0.25)
+        added = np.where(gap < tight, SOLID * corner + MOVES * (corner > MOVING), 0.0)
+        added += WALL * h * fast * np.minimum(np.maximum(NARROW - gap, 0.0), NARROW)
         if company is not None:
             k = slice(layer * PARTS + 1, (layer + 1) * PARTS + 1)
             close, hit = self._close(np.stack([x, y, c, sine]), speed, turn, hit, k, company)
@@ -291,7 +324,7 @@ class SpaceTime:
         """Costs of closeness and contacts, shape (PARTS, n), and the probabilities of contacts so far, (n, movers).
 
         Args:
-            poses: x [m], y [m], cosine and sine of the yaw, world frame, shape (4, PARTS, n).
+            poses: x [m], y [m], cosine and sine of the yaw, world frame, shape (4, PARTS, n); they are changed.
             speed: Speed at each pose, forward positive [m/s], shape (PARTS, n).
             turn: Turn rate at each pose [rad/s], shape (PARTS, n).
             hit: Probabilities of contacts with each mover before, shape (n, movers).
@@ -305,7 +338,8 @@ class SpaceTime:
         near = ((at >= low) & (at <= high)).all(axis=-1).any(axis=1)
         if not near.any():
             return np.zeros_like(speed), hit
-        # Single precision relative to one of the poses suffices and takes half the time.
+        # Single precision relative to one of the poses suffices and takes half the time. The arrays are large, so each
+        # buffer is used again, under the name of what it has then.
         origin, weight = poses[:2, 0, 0].copy(), company.weight[near].astype(np.float32)
         there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[..., None]  # (2, PARTS, m, 1)
         outer = outer[near].T[..., None].astype(np.float32)
@@ -344,7 +378,7 @@ class SpaceTime:
                 np.maximum.at(hit, which, share[now])
                 np.maximum.at(prices, which, price[now])
                 cost[j] = ((hit - before) * prices).sum(axis=1)  # a contact counts once, when it begins
-            cost *= np.minimum(np.maximum(0.3 - over.min(axis=1) / 0.3, 0.4), 1.3)
+            cost *= np.minimum(np.maximum(EDGE - over.min(axis=1) / DEPTH, LEAST), MOST)
         close = np.multiply(over, np.float32(-1.0 / manners.personal_space), out=dy)
         close += 1.0
         np.minimum(np.maximum(close, 0.0, out=close), 1.0, out=close)
@@ -356,7 +390,7 @@ class SpaceTime:
             over *= wrong
             over *= np.float32(WRONG_SIDE)
             close += over
-        cost += CLOSE * self._h * (weight @ close) * (0.25 + speed * speed)
+        cost += CLOSE * self._h * (weight @ close) * (RESTING + speed * speed)
         return soon * cost, hit
 
     def _nearer(self, to: Array, facing: Array, speed: Array, turn: Array) -> Array:
@@ -381,20 +415,21 @@ class SpaceTime:
 
         Nobody drives through another: what lies behind a probable contact is no progress.
         """
-        ahead = 0.25
-        beyond = s.x + ahead * np.cos(s.yaw), s.y + ahead * np.sin(s.yaw)
+        beyond = s.x + AHEAD * np.cos(s.yaw), s.y + AHEAD * np.sin(s.yaw)
         left, further = way.to_go(np.stack([s.x, beyond[0]]), np.stack([s.y, beyond[1]]))
-        away = np.minimum(np.maximum((further - left) / ahead + 1.0, 0.0), 2.0)
-        away *= np.minimum(np.maximum(left - 0.5, 0.0), 1.0)
+        away = np.minimum(np.maximum((further - left) / AHEAD + 1.0, 0.0), 2.0)  # 0 along the way, 2 against it
+        away *= np.minimum(np.maximum(left - NEAR_GOAL, 0.0), 1.0)
+        # From a contact on, a plan has no less way left than where it began, by the share of its probability.
         held = np.where((s.hit > before.hit).any(axis=1), np.maximum(s.held, left), s.held)
         left = left + s.hit.max(axis=1, initial=0.0) * np.maximum(held - left, 0.0)
         cost = s.cost + LAYER * np.minimum(left / THERE, 1.0)  # time costs until it is there, so it never dawdles
-        return s._replace(cost=cost, held=held), left / (0.9 * self._limits.cruise) + 0.6 * away
+        return s._replace(cost=cost, held=held), left / (PACE * self._limits.cruise) + AWAY * away
 
     def _different(self, s: _States, total: Array) -> npt.NDArray[np.intp]:
         """The cheapest states that differ from each other, in the order of their costs."""
         order = np.argsort(total, kind="stable")[: 6 * WIDTH]
         rows = [np.round(column[order] / step) for column, step in zip((s.x, s.y, s.yaw, s.v), KEY, strict=True)]
+        # One number for the four, exact in a float and without collisions: |x| < 200 km, |y| < 12 km, speeds < 20 m/s.
         key = ((rows[0] * 100003.0 + rows[1]) * 1009.0 + rows[2]) * 101.0 + rows[3]
         _, first = np.unique(key, return_index=True)
         return order[np.sort(first)[:WIDTH]]
@@ -407,7 +442,7 @@ def _targets(
     rows = [(0.0, turn) for turn in (0.0, -1.0, 1.0)]
     rows += [(share, turn) for share in ahead for turn in turns]
     targets = np.array(rows) * (limits.cruise, limits.turn_rate)
-    behind = np.array([(-share, 0.55 * turn) for share in back for turn in (0.0, -1.0, 1.0)])
+    behind = np.array([(-share, BACK_TURN * turn) for share in back for turn in (0.0, -1.0, 1.0)])
     targets = np.vstack([targets, behind * (limits.back, limits.turn_rate)])
     fastest = np.abs(targets[:, 0]) + limits.arm * np.abs(targets[:, 1])
     v, w = (targets * np.minimum(1.0, limits.top / np.maximum(fastest, 1e-9))[:, None]).T

@@ -3,6 +3,3 @@
 Only `simulation` and `catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and
 `Actuator`. The small process of an isolated actuator imports it too, so it imports nothing itself.
 """
-
-ROS2 = "ros2"
-"""Driver of sensors and actuators on hardware that communicate by ROS 2."""

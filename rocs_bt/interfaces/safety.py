@@ -11,7 +11,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..base.clock import Clock
 from ..base.errors import ActuatorError, DeviceError, InputError, interrupts
@@ -88,7 +88,7 @@ class Limits:
             return self
         if len(self.low) > 1:
             raise InputError(f"the range has bounds for {len(self.low)} values, but a command has {size}.")
-        return Limits(self.low * size, self.high * size, self.max_change, self.together, self.apart)
+        return replace(self, low=self.low * size, high=self.high * size)
 
     def rest(self) -> list[float]:
         """Command within the range that is nearest to zero, shape (n,)."""

@@ -9,7 +9,6 @@ from functools import partial
 from ..base.clock import WallClock
 from ..base.errors import Fault, InputError
 from ..catalog import RobotSpec
-from ..devices import ROS2
 from ..event import OtherPublisherFound
 from ..running.hardware_services import ServicePlace
 from ..running.preflight import PreflightTopic, SensorState
@@ -47,7 +46,7 @@ class RosBesideRobot:
                 SensorState(
                     agent=place.agent,
                     sensor=name,
-                    driver=ROS2,
+                    driver="ros2",
                     source=endpoint.topic,
                     needed_for=(use,),
                     optional=place.dry_run,

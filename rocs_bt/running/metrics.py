@@ -216,7 +216,7 @@ def quantile(values: Iterable[float], share: float) -> float | None:
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
 
 
-LOCOMOTIONS = 0.02
+DRIVING = 0.02
 """Wheel linear speed above which a robot counts as driving [m/s]; a robot that is pushed does not count."""
 
 
@@ -240,7 +240,7 @@ def following(tracks: Tracks, ticket: TicketChanged, until: float | None) -> Fol
         begun = begun or distance <= wanted + slack
         if begun and (until is None or t <= until):
             kept.append(distance)
-        if speed > LOCOMOTIONS:
+        if speed > DRIVING:
             driving = min(driving, distance)
     return Following(
         leader=str(leader),

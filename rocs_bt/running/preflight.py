@@ -16,7 +16,7 @@ from ..base.errors import DeviceError, interrupts
 from ..base.raised import Raised
 from ..base.words import counted
 from ..catalog import RobotSpec, SensorSpec
-from ..devices import ROS2
+from ..catalog.registered_devices import registered_devices
 from ..interfaces.device import NOTABLE_AHEAD, Sensor
 from .signal_sources import signal_monitors, signals_read
 
@@ -264,9 +264,8 @@ def _source(spec: SensorSpec, robot: RobotSpec) -> str:
     given = spec.arguments
     found = next((given[key] for key in _SOURCES if given.get(key)), "")
     names = [str(name) for name in (found if isinstance(found, (list, tuple)) else [found])]
-    if "ros2" in robot.tables and spec.driver == ROS2:
-        names = [robot.tables["ros2"].topic(name) for name in names]
-    return ", ".join(names)
+    devices = registered_devices(spec.driver)
+    return ", ".join(names if devices is None else (devices.source(robot, name) for name in names))
 
 
 def _refusal(missing: Sequence[SensorState], wait: float) -> str:

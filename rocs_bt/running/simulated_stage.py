@@ -195,7 +195,7 @@ class SimulatedStage:
                 if not self.judges[agent.name].decided:
                     agent.step(self._count)
         for actor in self._actors:
-            with running_class(type(actor)):
+            with running_class(type(actor)):  # a fault in a script of the project names its file
                 actor.step(t)
         if self.time_stops:
             self._world.advance(self._control.every)

@@ -47,7 +47,7 @@ def simulated_device(
     if not issubclass(cls, wanted):
         raise InputError(
             Fault(
-                f"the driver '{cls.__name__}' of '{device.name}' is not a MuJoCo driver.",
+                f"the driver '{cls.__name__}' of '{device.name}' is for real robots, and this one is simulated.",
                 robot.file,
                 device.line,
                 hint=f"To drive a real robot: rocs-bt drive SCENARIO. To simulate this one extend "

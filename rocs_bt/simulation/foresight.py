@@ -81,6 +81,8 @@ class Foresight:
     def _look(self, t: float) -> None:
         ghost = self._ghost
         ghost.mirror()
+        # The memo puts the ghost in the place of the world: the copies draw the random numbers that their originals
+        # will draw, but move objects of the ghost.
         scripts = [copy.deepcopy(script, {id(self._world): ghost}) for script in self._radii]
         period, rows = scripts[0].control_period, list[list[Pose2]]()
         self._looked, self._times = t, np.array(t + period * np.arange(round(HORIZON / period) + 1), float)

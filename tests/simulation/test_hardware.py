@@ -272,7 +272,7 @@ def test_a_real_robot_passes_the_check_and_cannot_be_simulated(real: Callable[[s
     assert [f.message for f in found.faults] == [
         "nothing sends neutral to 'wheels' if this program hangs, is stopped or killed."
     ]
-    with pytest.raises(InputError, match="the driver 'Part' of 'sonar' is not a MuJoCo driver"):
+    with pytest.raises(InputError, match="the driver 'Part' of 'sonar' is for real robots"):
         run("real", catalog, duration=1.0)
 
 

@@ -12,30 +12,41 @@ if TYPE_CHECKING:
     from ...base.clock import Rate
     from ...catalog import ActuatorSpec, RobotSpec, SensorSpec
     from ...devices.host import Host
+    from ..settings import Ros2Settings
     from .actuator_node import ActuatorNodeMaker
     from .sensor_node import SensorNode
 
 
 def _sensor(robot: RobotSpec, spec: SensorSpec, host: Host, rate: Rate) -> SensorNode:
-    from ..settings import Ros2Settings
     from .actuator_node import shared_node
     from .sensor_node import SensorNode
 
     given = cast(Ros2SensorParameters, spec.parameters)
-    node = shared_node(robot.tables.get("ros2", Ros2Settings()), host)
+    node = shared_node(_settings(robot), host)
     return SensorNode(spec.name, node, given, given.scale(spec.scale), spec.validity(rate.period))
 
 
 def _actuator(robot: RobotSpec, spec: ActuatorSpec, isolated: bool) -> ActuatorNodeMaker:
-    from ..settings import Ros2Settings
     from .actuator_node import ActuatorNodeMaker, isolated_node
 
     given = cast(Ros2ActuatorParameters, spec.parameters)
     locomotion = robot.locomotion
-    made = ActuatorNodeMaker(spec.name, robot.tables.get("ros2", Ros2Settings()), given, locomotion)
+    made = ActuatorNodeMaker(spec.name, _settings(robot), given, locomotion)
     return replace(made, node=isolated_node(spec.name)) if isolated else made
 
 
+def _settings(robot: RobotSpec) -> Ros2Settings:
+    from ..settings import Ros2Settings
+
+    settings: Ros2Settings = robot.tables.get("ros2", Ros2Settings())
+    return settings
+
+
 DRIVER: Final = RegisteredDevices(
-    "ROS 2", {"sensor": Ros2SensorParameters, "actuator": Ros2ActuatorParameters}, _sensor, _actuator
+    "ROS 2",
+    {"sensor": Ros2SensorParameters, "actuator": Ros2ActuatorParameters},
+    _sensor,
+    _actuator,
+    source=lambda robot, name: _settings(robot).topic(name),
+    simulated=lambda robot: _settings(robot).use_sim_time,
 )
