@@ -196,6 +196,10 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
     return quantity.value
 
 
+def _plain(number: float) -> str:
+    return str(int(number)) if number == int(number) else f"{number:g}"
+
+
 @dataclass(frozen=True)
 class Bounds:
     """Range of valid values of a parameter, in SI units; NaN is never valid."""
@@ -218,7 +222,7 @@ class Bounds:
         """The bounds in words, such as `between 0 and 60`."""
         low, high = math.isfinite(self.low), math.isfinite(self.high)
         if low and high and not (self.above or self.below):
-            return f"between {self.low:g} and {self.high:g}"
+            return f"between {_plain(self.low)} and {_plain(self.high)}"
         least = f"{'above' if self.above else 'at least'} {self.low:g}"
         least = "positive" if self.above and self.low == 0.0 else least
         most = f"{'below' if self.below else 'at most'} {self.high:g}"

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from ..base.errors import Fault, InputError
+from ..base.errors import Fault, InputError, did_you_mean
 from ..base.files import confined, is_file, same_file
 from ..base.python_content import is_reference, lacks_class
 from ..base.toml_table import Table, read_toml
@@ -149,14 +149,16 @@ class Catalog(MissionCatalog):
         folders = [*(file.parent for file in files), *(root / "scenarios" for root in self.roots)]
         found = next((folder for folder in folders if is_file(folder / script)), None)
         if found is None:
-            raise InputError(Fault(f"there is no file '{script}' beside the scenario."))
+            beside = [path.name for path in files[0].parent.glob("*.py")]
+            hint = did_you_mean(script, beside, "Its folder").brief
+            raise InputError(Fault(f"there is no file '{script}' beside the scenario.", hint=hint))
         return confined(script, found, (found,))
 
     def _unusable(self, root: Table, kind: str, name: str) -> Fault | None:
         """Fault of content that a scenario names; the names of shipped scripts are those of the simulation."""
         if kind != "script":
             return self._missing(root.file, kind, name)
-        if not is_reference(name):  # the catalog is below the simulation, whose names are asked for when it is built
+        if not is_reference(name):  # a script of the simulation, which is above the catalog
             return None
         try:
             return lacks_class(self._script_file((root.file, *root.bases), name), name.partition(":")[2])

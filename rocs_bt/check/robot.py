@@ -175,7 +175,7 @@ def _registered_faults(robot: RobotSpec) -> Iterator[Fault]:
     for device in devices:
         if isinstance(device, ActuatorSpec) and device.driver in registered("rocs_bt.devices"):
             yield from _not_isolated(robot, device)
-    for name in registered("rocs_bt.checks").keys() & {device.driver for device in devices}:
+    for name in sorted(registered("rocs_bt.checks").keys() & {device.driver for device in devices}):
         yield from load("rocs_bt.checks", name)(robot)
 
 

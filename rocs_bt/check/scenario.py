@@ -50,7 +50,7 @@ def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
         with collected(found), located_at(scenario.file, place_of(agent).line):
             if agent.name in built:
                 found += _agent_faults(scenario, agent, catalog, built[agent.name])
-    for table in scenario.tables.keys() & registered("rocs_bt.checks"):
+    for table in sorted(scenario.tables.keys() & registered("rocs_bt.checks")):
         found += load("rocs_bt.checks", table)(scenario, catalog.load_schema())
     found += _late_pushes(scenario)
     found += _slow_sensors(scenario, catalog)

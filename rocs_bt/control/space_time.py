@@ -338,8 +338,7 @@ class SpaceTime:
         near = ((at >= low) & (at <= high)).all(axis=-1).any(axis=1)
         if not near.any():
             return np.zeros_like(speed), hit
-        # Single precision relative to one of the poses suffices and takes half the time. The arrays are large, so each
-        # buffer is used again, under the name of what it has then.
+        # Single precision relative to a pose suffices, at half the time. Large buffers are used again, under new names.
         origin, weight = poses[:2, 0, 0].copy(), company.weight[near].astype(np.float32)
         there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[..., None]  # (2, PARTS, m, 1)
         outer = outer[near].T[..., None].astype(np.float32)

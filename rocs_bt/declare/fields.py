@@ -10,6 +10,7 @@ A mark is an object of a module, not a lambda in the annotation: annotations are
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import inspect
 import numbers
@@ -22,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
-from ..base.errors import Fault, did_you_mean
+from ..base.errors import Fault, InputError, did_you_mean
 from ..base.toml_table import KnownKey, Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
 from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Registered, Rest, SetByPrograms, TableName, Valid
@@ -365,8 +366,34 @@ def own_fields(cls: type) -> list[Field]:
 
 
 def class_fields(cls: type) -> dict[str, Field]:
-    """Fields that the annotations of any class and of its bases declare, by name."""
-    return {each.name: each for base in reversed(cls.__mro__) for each in own_fields(base)}
+    """Fields that the annotations of any class and of its bases declare, by name; of a dataclass, those to make it."""
+    found = {each.name: each for base in reversed(cls.__mro__) for each in own_fields(base)}
+    if dataclasses.is_dataclass(cls):
+        kept = {each.name: each for each in dataclasses.fields(cls) if each.init}
+        return {name: replace(each, default=_default(kept[name])) for name, each in found.items() if name in kept}
+    return {name: replace(each, default=getattr(cls, name, MISSING)) for name, each in found.items()}
+
+
+def _default(of: dataclasses.Field[Any]) -> Any:
+    if of.default_factory is not dataclasses.MISSING:
+        return of.default_factory()
+    return MISSING if of.default is dataclasses.MISSING else of.default
+
+
+def refuse_parameters(cls: type, positional: Sequence[str]) -> None:
+    """Refuse a class with a constructor that needs more than some values by position.
+
+    Raises:
+        InputError: It needs others, which are keys only if the class declares them by annotations.
+    """
+    if dataclasses.is_dataclass(cls):
+        return
+    parameters = [*inspect.signature(cls.__init__).parameters.values()][1:]  # type: ignore[misc]  # of the class itself
+    needed = [p for p in parameters if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
+    if more := [p.name for p in needed if p.kind is p.KEYWORD_ONLY] or [p.name for p in needed[len(positional) :]]:
+        form = f"__init__({', '.join(('self', *positional))})"
+        hint = f"Declare it by an annotation of the class, such as '{more[0]}: Metres = 0.3', and write {form} or none."
+        raise InputError(Fault(f"the constructor of '{cls.__name__}' needs {', '.join(more)}.", hint=hint))
 
 
 def fields_of(cls: type[Declared]) -> tuple[Field, ...]:

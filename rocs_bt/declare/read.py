@@ -242,8 +242,7 @@ class _Reading:
         each = self.field
         if each.is_table:
             if not isinstance(value, dict):
-                header = ".".join(map(str, (*table.key, key)))
-                table.fault(key, f"{key} must be a table, found {value!r}.", f"Write it as [{header}].")
+                table.fault(key, f"{key} must be a table, found {value!r}.", f"Write it as {key} = {{ ... }}.")
                 return self._harmless()
             return self._table(table.child(value, key, *path))
         if each.parts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..base.clock import Clock
@@ -92,11 +92,3 @@ class Host:
                 first = first or error
         if first is not None:
             raise first
-
-
-def constructed(cls: Any, name: str, host: Host, keys: Mapping[str, Any]) -> Any:
-    """Device of a user's class on hardware; the values of its keys are attributes when its constructor begins."""
-    device = cls.__new__(cls)
-    vars(device).update(keys)
-    device.__init__(name, host)
-    return device

@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist2, Twist3
+from ..base.python_content import constructed
 from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
-from ..declare import class_fields
+from ..declare import class_fields, refuse_parameters
 from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
 from .mission import Mission
@@ -187,15 +188,16 @@ def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
     """Create the `build` function of a mission that runs a planner class; its parameters are those of the class.
 
     Raises:
-        InputError: The class has no `reset` or no `act`.
+        InputError: The class has no `reset` or no `act`, or a constructor with parameters.
     """
+    refuse_parameters(cls, ())
     for method in ("reset", "act"):
         if not callable(getattr(cls, method, None)):
             hint = "A planner has reset(task, rng) and act(observation)."
             raise InputError(Fault(f"the class '{cls.__name__}' has no '{method}'.", hint=hint))
 
     def build(mission: Mission, **parameters: Any) -> PythonPlan:
-        return PythonPlan(cls(**parameters), mission)
+        return PythonPlan(constructed(cls, parameters), mission)
 
     vars(build)["parameters"] = class_fields(cls)
     build.__module__, build.__doc__ = cls.__module__, cls.__doc__

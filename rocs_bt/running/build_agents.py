@@ -69,7 +69,7 @@ def build_agents(
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
     shares, agents = dict[str, Any](), []
     with collected(faults):
-        for table in scenario.tables.keys() & registered("rocs_bt.services"):
+        for table in sorted(scenario.tables.keys() & registered("rocs_bt.services")):
             shares |= load("rocs_bt.services", table)(scenario, runtime.clock, seed)
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))

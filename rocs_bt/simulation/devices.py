@@ -7,6 +7,7 @@ from typing import Any, cast, overload
 
 from ..base.clock import Rate
 from ..base.errors import DeviceError, Fault, InputError, located_at
+from ..base.python_content import constructed
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -16,8 +17,8 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.registered_devices import registered_devices
-from ..declare import class_fields, read_arguments, read_values
-from ..devices.host import Host, constructed
+from ..declare import class_fields, read_arguments, read_values, refuse_parameters
+from ..devices.host import Host
 from ..devices.isolated import DeviceMaker, IsolatedActuator
 from ..devices.simulated import SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
@@ -80,6 +81,8 @@ def hardware_driver(
         if not issubclass(cls, kind):
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
+        with located_at(robot.beside(device.driver.partition(":")[0])):
+            refuse_parameters(cls, ("name", "host"))
         return cls, read_arguments(class_fields(cls), device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 
@@ -120,7 +123,7 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
             return other.actuator(robot, device, False)(host)
     cls, arguments = hardware_driver(catalog, robot, device)
     with located_at(robot.file, device.line), running_class(cls, DeviceError):
-        return constructed(cls, device.name, host, arguments)
+        return constructed(cls, arguments, device.name, host)
 
 
 def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, host: Host) -> IsolatedActuator:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.python_content import is_reference, running_class
 from ..catalog import ActorSpec
+from ..declare import keys_of
 from .people import Leg, Polynomial, SocialForce
 from .scripted_object import ScriptedObject
 from .scripted_objects import Free, Slide, Swing
@@ -48,7 +50,7 @@ def robot_script(actor: ActorSpec, load: Callable[[str], type]) -> ScriptedRobot
     return made
 
 
-def _script(actor: ActorSpec, of: str, known: Mapping[str, type], load: Callable[[str], type], base: type) -> Any:
+def _script(actor: ActorSpec, of: str, known: Mapping[str, type], load: Callable[[str], type], base: Any) -> Any:
     name = actor.script
     if not is_reference(name) and name not in known:
         raise UnknownName(unknown(f"{of} script", name, known, then="Or name your own: 'file.py:Class'."))
@@ -58,5 +60,10 @@ def _script(actor: ActorSpec, of: str, known: Mapping[str, type], load: Callable
         raise InputError(Fault(f"'{cls.__name__}' is no script of {'an' if of == 'object' else 'a'} {of}.", hint=hint))
     if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
         raise InputError(Fault(f"the script '{cls.__name__}' has no method {missing}."))
+    if cls.__init__ is not base.__init__:
+        raise InputError(Fault(f"the script '{cls.__name__}' has an __init__.", hint="Name it begin(self)."))
+    if taken := inspect.signature(base.bind).parameters.keys() & keys_of(cls):
+        hint = "Give the key another name: a script has an attribute of this one."
+        raise InputError(Fault(f"'{min(taken)}' of '{cls.__name__}' is no name of a key.", hint=hint))
     with running_class(cls):
         return actor.with_keys(cls)

@@ -40,7 +40,7 @@ AT = {
     "new p": ("rocs_bt.cli.new", "read_bytes", "p"),
     "export r --rosbag bag": ("rocs_bt.ros2.bags.export", "_profile", "bag"),
     "report r --out o": ("rocs_bt.studio.report", "write_whole", "o/report.html"),
-    "plot r --out o": ("rocs_bt.record.figures.plot", "write_whole", "o/trajectory.png"),
+    "plot r --out o": ("rocs_bt.record.figures.figure", "write_whole", "o/trajectory.png"),
     "list": ("rocs_bt.cli.list", "echo", ""),
     "knowledge export r --out k.json": ("rocs_bt.cli.knowledge", "write_whole", "k.json"),
     "show --palette --out p.xml": ("rocs_bt.cli.show", "write_whole", "p.xml"),

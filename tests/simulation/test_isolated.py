@@ -133,10 +133,11 @@ def test_a_process_that_is_silent_for_long_ends_the_run(robots, tmp_path):
         *_, (outcome, reason) = robot.told()
     hung = "hung: its process has not answered for 1 s: the driver hangs, or the process was stopped"
     assert (outcome, reason) == ("error", f"actuator 'R2/wheels' {hung}")
-    held, *log = log_of(tmp_path / "out/report.html")
+    *before, held, one, other = log_of(tmp_path / "out/report.html")
     assert held.startswith(f"wheels held in neutral: {LATE}")
+    assert all(line.startswith(("wheels held", "wheels released")) for line in before)  # on a busy machine
     # Two threads write them at the same moment.
-    assert sorted(log) == [f"actuator wheels {hung}", f"outcome: error, {reason}"]
+    assert sorted((one, other)) == [f"actuator wheels {hung}", f"outcome: error, {reason}"]
     lines = explain(Recording.open(tmp_path / "out"), t).text().splitlines()
     assert f"although a safety gate holds 'wheels' in neutral ({LATE}" in lines[0]  # this robot never rests
     assert any(line.startswith("own pose     R2 at (") for line in lines)

@@ -87,6 +87,18 @@ def test_a_script_drives_a_robot(project: Path) -> None:
         (SCENARIO, 'speed = "0.6 m/s"', 'pace = "1 m/s"', "no parameter is named 'pace'"),
         (SCENARIO, 'speed = "0.6 m/s"', "", "round.toml:5:1: Circle 'person_2' needs 'speed'."),
         (SCRIPT, "Circle(ScriptedObject)", "Circle", "'Circle' is no script of an object. Write: class Circle(Scr"),
+        (
+            SCRIPT,
+            "radius: PositiveMetres = 1.0",
+            "radius: PositiveMetres = 1.0\n    start: PositiveMetres = 1.0",
+            "'start' of 'Circle' is no name of a key. Give the key another name",
+        ),
+        (
+            SCRIPT,
+            "def velocity",
+            "def __init__(self):\n        pass\n\n    def velocity",
+            "'Circle' has an __init__. Name it",
+        ),
         (SCRIPT, "def velocity", "def speed_at", "the script 'Circle' has no method velocity"),
         (SCRIPT, "    def velocity", "    def begin(self):\n        1 / 0\n\n    def velocity", "people.py:14: Circle"),
         (SCRIPT, "import cos, sin", "import cosine", "people.py:1: "),

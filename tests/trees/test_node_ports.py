@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Annotated, Literal
 
@@ -10,7 +11,7 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.units import PositiveCount, PositiveMetres
 from rocs_bt.trees.nodes import BUILTIN, InOut, Instant, Leaf, Output, Syntax, Tree
-from rocs_bt.trees.status import SUCCESS, outcome_name
+from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.trees.xml import read_document, verify
 
 
@@ -34,6 +35,20 @@ class TestPorts:
         tree.board.update({"name": "R2", "n": 4})
         assert tree.tick() is SUCCESS
         assert tree.board.texts() == {"name": "R2", "n": "5", "out": "hello R2"}
+
+    @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+    def test_a_value_of_the_board_is_refused_as_its_text_in_a_file_is(self, value):
+        class Walk(Instant):
+            way: PositiveMetres = 1.0
+
+            def update(self):
+                return SUCCESS if self.way > 0.0 else FAILURE
+
+        with pytest.raises(InputError, match=r"way must be (positive|finite)"):
+            Walk.ports["way"].converted(value)
+        with pytest.raises(InputError, match="way must be positive"):
+            Walk.ports["way"].converted("-1 m")
+        assert Walk.ports["way"].converted(2) == 2.0
 
     def test_an_attribute_that_is_annotated_as_a_port_says_how_to_write_it(self):
         with pytest.raises(InputError, match=r"write '_times' if it is an attribute"):

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ...base.errors import DeviceError
-from ...base.python_content import load_class, running_class
+from ...base.python_content import constructed, load_class, running_class
 from ...interfaces.device import Actuator
-from ..host import Host, constructed
+from ..host import Host
 
 
 class ActuatorMaker(Protocol):
@@ -63,5 +63,5 @@ class DeviceMaker:
         """
         cls = load_class(self.file, self.cls)
         with running_class(cls, DeviceError):
-            device: Actuator = constructed(cls, self.name, host, self.parameters)
+            device: Actuator = constructed(cls, self.parameters, self.name, host)
         return device

@@ -101,6 +101,7 @@ class WorldState:
         return pose
 
     def pose3(self, robot: str) -> Pose3:
+        """Pose of a robot's base in space, world frame."""
         q = self.body(robot).q
         with self.lock:
             state = self._qpos[q : q + 7].tolist()
@@ -113,6 +114,7 @@ class WorldState:
         return math.acos(max(-1.0, 1.0 - 2.0 * (i * i + j * j)))
 
     def position(self, robot: str) -> list[float]:
+        """Position x, y, z of a robot's base [m], world frame."""
         q = self.body(robot).q
         with self.lock:
             return [*self._qpos[q : q + 3]]
@@ -126,6 +128,7 @@ class WorldState:
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
     def twist3(self, robot: str) -> Twist3:
+        """Velocity of a robot's base: forward and left (horizontal), up [m/s], turn about the vertical [rad/s]."""
         body = self.body(robot)
         with self.lock:
             w, i, j, k = self._qpos[body.q + 3 : body.q + 7].tolist()
@@ -160,11 +163,13 @@ class WorldState:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def motor_speeds(self, motors: Motors) -> list[float]:
+        """Speeds of motors [rad/s], in the order of `motors`, as their encoders measure them."""
         with self.lock:
             speeds = [self._qvel[j] for j in motors.joints]
         return self._unslipped(motors, speeds) if self._grip else speeds
 
     def motor_angles(self, motors: Motors) -> list[float]:
+        """Angles of motors [rad], in the order of `motors`, as their encoders measure them."""
         with self.lock:
             angles = [self._qpos[a] for a in motors.angles]
         return self._unslipped(motors, angles) if self._grip else angles
@@ -236,6 +241,7 @@ class WorldState:
             return self._clearance.room(self.data, np.array([x, y, z]))
 
     def sees(self, robot: str, other: str, height: float) -> bool:
+        """Whether nothing is between the bases of two robots at a height [m]."""
         here, there = self.pose(robot), self.pose(other)
         ends = (here.x, here.y, height), (there.x, there.y, height)
         with self.lock:
@@ -260,6 +266,7 @@ class WorldState:
         return int(self.model.sensor_adr[self._id("sensor", robot, name)])
 
     def beams(self, robot: str, sensor: str, sites: Sequence[str], angles: Sequence[tuple[float, float]]) -> Cast:
+        """Function that casts the rays of a range sensor, which has some at each site."""
         names = [f"{sensor}/{site}/{ray}" for site in sites for ray in range(len(angles))]
         addresses = np.array([self.sensor_address(robot, name) for name in names], dtype=np.intp)
 
@@ -270,6 +277,7 @@ class WorldState:
         return cast
 
     def direction(self, robot: str, site: str, axis: Literal["x", "z"]) -> tuple[float, float, float, float]:
+        """Place x, y [m] of a site and direction of its axis, body frame."""
         element = self.model.site(f"{robot}/{site}")
         x, y, _ = element.pos.tolist()
         if axis == "z":

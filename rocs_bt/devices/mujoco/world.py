@@ -157,6 +157,7 @@ class MujocoWorld(WorldState):
         radius: float = 1.0,
         slip: Sequence[float] = (),
     ) -> Motors:
+        """Handle of velocity motors of the model, created once; limits and delay as of the actuator."""
         self.body(robot)
         late = round(delay / self.step)
         if abs(late * self.step - delay) > 1e-6 * self.step:
@@ -175,6 +176,7 @@ class MujocoWorld(WorldState):
         return motors
 
     def scan(self, robot: str, site: str, bearings: Sequence[float], reach: float, sweep: float) -> Scan:
+        """Scanner at a site, with rays at bearings [rad] up to `reach` [m]; a scan takes `sweep` [s]."""
         return Scan(self, robot, site, bearings, reach, sweep)
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:

@@ -179,9 +179,14 @@ class Port:
         """Convert a value of any source to a value of the port: the rule of `rocs_bt.trees.value`.
 
         Raises:
-            InputError: The value cannot be converted to this port's type.
+            InputError: The value cannot be converted to this port's type, or is out of its bounds.
         """
-        return self.value(value, enums) if value.__class__ is str else converted(value, self.kind, enums or {})
+        if value.__class__ is str:
+            return self.value(value, enums)
+        found = converted(value, self.kind, enums or {})
+        if self._limited and (faults := self.declared.faults(found, self.name)):
+            raise InputError(*faults)
+        return found
 
     def keys_in(self, text: str) -> Iterable[KeyUse]:
         """Keys inside a text that is not itself a key."""
