@@ -32,6 +32,8 @@ from .open import Open
 MISSING = object()
 """Default of a field that must be given."""
 
+_BOUNDED = "Write texts, or a number with bounds: Annotated[int, Bounds(1, 2)]."
+
 M = TypeVar("M")
 D = TypeVar("D", bound="Declared")
 
@@ -236,6 +238,8 @@ class Field:
             else:
                 break
             origin = typing.get_origin(hint)
+        if origin is typing.Literal and not all(isinstance(each, str) for each in typing.get_args(hint)):
+            raise InputError(Fault(f"'{name}' of '{owner.__name__}' has values that are no texts.", hint=_BOUNDED))
         within = typing.get_args(hint) if origin in _LISTS and not any(isinstance(mark, Keys) for mark in marks) else ()
         outer = tuple(mark for mark in marks if isinstance(mark, (Dimension, Bounds)))
         inner = (cls.annotated(name, part, MISSING, owner) for part in within if part is not ...)
@@ -361,7 +365,11 @@ def own_fields(cls: type) -> list[Field]:
     if not (own := _own_annotations(cls)):
         return []
     module = vars(sys.modules.get(cls.__module__, types))
-    hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own), module, dict(vars(cls)), True)
+    try:
+        hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own), module, dict(vars(cls)), True)
+    except (NameError, TypeError, SyntaxError, AttributeError) as error:
+        hint = "Import the types also at run time, or begin the names of attributes that are no keys with '_'."
+        raise InputError(Fault(f"the annotations of '{cls.__name__}' cannot be read: {error}.", hint=hint)) from error
     return [Field.annotated(name, hints[name], vars(cls).get(name, MISSING), cls) for name in own]
 
 

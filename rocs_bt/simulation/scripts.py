@@ -6,10 +6,10 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.errors import Fault, InputError, UnknownName, located_at, unknown
 from ..base.python_content import is_reference, running_class
 from ..catalog import ActorSpec
-from ..declare import keys_of
+from ..declare import keys_of, place_of
 from .people import Leg, Polynomial, SocialForce
 from .scripted_object import ScriptedObject
 from .scripted_objects import Free, Slide, Swing
@@ -51,19 +51,25 @@ def robot_script(actor: ActorSpec, load: Callable[[str], type]) -> ScriptedRobot
 
 
 def _script(actor: ActorSpec, of: str, known: Mapping[str, type], load: Callable[[str], type], base: Any) -> Any:
-    name = actor.script
+    place = place_of(actor, "script")
+    with located_at(place.file, place.line):
+        cls = _class(actor.script, of, known, load, base)
+    with running_class(cls):
+        return actor.with_keys(cls)
+
+
+def _class(name: str, of: str, known: Mapping[str, type], load: Callable[[str], type], base: Any) -> Any:
     if not is_reference(name) and name not in known:
         raise UnknownName(unknown(f"{of} script", name, known, then="Or name your own: 'file.py:Class'."))
     cls: Any = load(name) if is_reference(name) else known[name]
     if not issubclass(cls, base):
         hint = f"Write: class {cls.__name__}({base.__name__}), with {base.__name__} of rocs_bt.simulation."
         raise InputError(Fault(f"'{cls.__name__}' is no script of {'an' if of == 'object' else 'a'} {of}.", hint=hint))
-    if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
+    if missing := ", ".join(sorted(cls.__abstractmethods__)):
         raise InputError(Fault(f"the script '{cls.__name__}' has no method {missing}."))
     if cls.__init__ is not base.__init__:
         raise InputError(Fault(f"the script '{cls.__name__}' has an __init__.", hint="Name it begin(self)."))
     if taken := inspect.signature(base.bind).parameters.keys() & keys_of(cls):
         hint = "Give the key another name: a script has an attribute of this one."
         raise InputError(Fault(f"'{min(taken)}' of '{cls.__name__}' is no name of a key.", hint=hint))
-    with running_class(cls):
-        return actor.with_keys(cls)
+    return cls

@@ -82,7 +82,7 @@ def test_a_script_drives_a_robot(project: Path) -> None:
     [
         (SCENARIO, "people.py:Circle", "persons.py:Circle", "round.toml:7:1: there is no file 'persons.py' beside"),
         (SCENARIO, "people.py:Circle", "people.py:Cycle", "round.toml:7:1: 'people.py' has no class 'Cycle'. Did you"),
-        (SCENARIO, "people.py:Circle", "circle", "round.toml:5: no object script is named 'circle'."),
+        (SCENARIO, "people.py:Circle", "circle", "round.toml:7: no object script is named 'circle'."),
         (SCENARIO, 'speed = "0.6 m/s"', 'speed = "0.6 m"', "round.toml:8:1: speed must be in m/s, found '0.6 m'"),
         (SCENARIO, 'speed = "0.6 m/s"', 'pace = "1 m/s"', "no parameter is named 'pace'"),
         (SCENARIO, 'speed = "0.6 m/s"', "", "round.toml:5:1: Circle 'person_2' needs 'speed'."),

@@ -50,6 +50,12 @@ class TestPorts:
             Walk.ports["way"].converted("-1 m")
         assert Walk.ports["way"].converted(2) == 2.0
 
+    def test_annotations_that_declare_nothing_usable_are_refused_with_advice(self):
+        with pytest.raises(InputError, match=r"annotations of 'Lost' cannot be read.*Import the types"):
+            type("Lost", (Instant,), {"__annotations__": {"way": "Nowhere"}, "update": lambda self: SUCCESS})
+        with pytest.raises(InputError, match=r"'way' of 'Pick' has values that are no texts.*Bounds\(1, 2\)"):
+            type("Pick", (Instant,), {"__annotations__": {"way": Literal[1, 2]}, "update": lambda self: SUCCESS})
+
     def test_an_attribute_that_is_annotated_as_a_port_says_how_to_write_it(self):
         with pytest.raises(InputError, match=r"write '_times' if it is an attribute"):
             Greet("g", who="a").times = 2
