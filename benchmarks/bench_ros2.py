@@ -29,7 +29,7 @@ from rocs_bt.interfaces.device import Reading
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
 from rocs_bt.ros2.devices.parameters import TWIST, Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.ros2.devices.sensor_node import SensorNode
-from rocs_bt.ros2.messages.topics import SCAN
+from rocs_bt.ros2.messages.message_types import SCAN
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.settings import Ros2Settings
 

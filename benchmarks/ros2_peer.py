@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from rocs_bt.ros2.devices.parameters import TWIST
-from rocs_bt.ros2.messages.topics import SCAN
+from rocs_bt.ros2.messages.message_types import SCAN
 from rocs_bt.ros2.network.connect import open_transport
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.settings import Ros2Settings

@@ -23,7 +23,7 @@ from rocs_bt.cli.main import group
 from rocs_bt.declare import docs_of
 from rocs_bt.interfaces.action import Action, parameters_of
 from rocs_bt.plan import Observation, Task, Vehicle
-from rocs_bt.ros2.messages.topics import TOPICS
+from rocs_bt.ros2.messages.message_types import MESSAGES
 
 ROOT = Path(__file__).resolve().parent.parent
 PLANNER_CLASSES = (Task, Observation, Pose2, Twist2, Vehicle)
@@ -106,8 +106,8 @@ def _first_line(value: object) -> str:
 def ros2(page: str) -> str:
     """The short forms `take` of each message type."""
     rows = []
-    for name, topic in TOPICS.items():
-        sizes = {take: f"`{size}`" if isinstance(size, str) else size for take, size in topic.sizes.items()}
+    for name, message in MESSAGES.items():
+        sizes = {take: f"`{size}`" if isinstance(size, str) else size for take, size in message.sizes.items()}
         forms = (f"`{take}` ({size})" for take, size in sizes.items())
         rows.append(f"`{name}` | {', '.join(forms)}")
     return between("takes", table("type | `take` (number of values)", *rows), page)

@@ -13,8 +13,8 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording
 from rocs_bt.record.tables import signal_table
 from rocs_bt.ros2.devices.parameters import TWIST_STAMPED
-from rocs_bt.ros2.messages.message_types import MessageTypes
-from rocs_bt.ros2.messages.topics import ODOMETRY, SCAN, TOPICS, TRANSFORMS, Channel, pose_values
+from rocs_bt.ros2.messages.message_types import MESSAGES, ODOMETRY, SCAN, TRANSFORMS, Channel, pose_values
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network import node
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint
@@ -81,7 +81,7 @@ class Robot(threading.Thread):
 
     def __init__(self):
         super().__init__(daemon=True)
-        self.network, self.over = Live(MessageTypes()), threading.Event()
+        self.network, self.over = Live(TypeStore()), threading.Event()
         self.network.peers = [Endpoint("/r1/cmd_vel", TWIST_STAMPED, "/base", False, QoS.COMMAND)]
 
     def run(self):
@@ -89,7 +89,7 @@ class Robot(threading.Thread):
         while not self.over.wait(0.05):
             k += 1
             for topic, (kind, values, channel) in messages_at(k).items():
-                self.network.send(topic, kind, **TOPICS[kind].make(1.0 + 0.05 * k, values, channel))
+                self.network.send(topic, kind, **MESSAGES[kind].make(1.0 + 0.05 * k, values, channel))
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, check_scenario
 from rocs_bt.declare import replaced
 from rocs_bt.ros2.devices.check import ros2_faults
-from rocs_bt.ros2.messages.topics import TOPICS
+from rocs_bt.ros2.messages.message_types import MESSAGES
 
 from .. import needs
 
@@ -59,8 +59,8 @@ def test_a_sensor_of_each_type_that_has_a_short_form_is_checked(tmp_path: Path) 
     needs.package("rosbags")
     robot = Catalog().load_robot("pioneer_p3dx")
     sensor = robot.sensors[0]
-    for name, topic in TOPICS.items():
-        for take in topic.sizes:
+    for name, message in MESSAGES.items():
+        for take in message.sizes:
             each = replaced(sensor, driver="ros2", parameters={"type": name, "take": take, "topic": "a"})
             for fault in ros2_faults(replaced(robot, sensors=(each,))):
                 assert "need" in fault.message, (name, take, fault)  # a key of this type

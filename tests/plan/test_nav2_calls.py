@@ -7,7 +7,7 @@ import pytest
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.nav2.goals import WaypointStatus
 from rocs_bt.ros2.nodes import NAV2_SERVERS
-from rocs_bt.ros2.nodes.nav2_topics import TOPICS
+from rocs_bt.ros2.nodes.nav2_topics import TOPIC_NODES
 from rocs_bt.ros2.ros_link import GoalState, Received
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS
 
@@ -127,7 +127,7 @@ def call(served):
 
 
 def test_the_table_has_every_node_that_calls_nav2():
-    assert CALLS.keys() | {node.tag for node in TOPICS} == {node.tag for node in NAV2_SERVERS}
+    assert CALLS.keys() | {node.tag for node in TOPIC_NODES} == {node.tag for node in NAV2_SERVERS}
 
 
 @pytest.mark.parametrize("tag", CALLS)
@@ -181,7 +181,7 @@ def newest(value, count=1):
     return Received(Message(value), 0.0, count)
 
 
-@pytest.mark.parametrize("tag", [node.tag for node in TOPICS if node.tag.endswith("Selector")])
+@pytest.mark.parametrize("tag", [node.tag for node in TOPIC_NODES if node.tag.endswith("Selector")])
 def test_a_selector_writes_the_last_text_of_its_topic(served, link, tag):
     what = "".join(f"_{c.lower()}" if c.isupper() else c for c in tag.removesuffix("Selector")).strip("_")
     tree = served(f'<{tag} default_{what}="a" selected_{what}="{{out}}"/>')

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint, Sample
 
@@ -23,7 +23,7 @@ class Network:
 
     name = "memory"
 
-    def __init__(self, types: MessageTypes) -> None:
+    def __init__(self, types: TypeStore) -> None:
         self.types = types
         self.time = 0.0
         self.published: dict[str, list[Any]] = {}

@@ -6,7 +6,7 @@ import pytest
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.ros2.devices.command_watch import CommandWatch
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network import node
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.network.qos import QoS
@@ -27,7 +27,7 @@ class Watched:
     """A robot with a publisher of its own, and another one in the process of its actuator."""
 
     def __init__(self):
-        self.network = Network(MessageTypes())
+        self.network = Network(TypeStore())
         self.node = RosNode(Ros2Settings(namespace="r1"), SimulatedClock(0.05), transport=self.network)
         writer = self.node.writer("cmd_vel", TWIST, QoS.COMMAND)
         self.own = [publisher("/r1/rocs_bt", writer.gid), publisher("/r1/rocs_bt_wheels", b"isolated")]

@@ -14,8 +14,8 @@ from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.plan import Mission, TreePlan, xml_mission
 from rocs_bt.ros2.messages.known_types import KnownTypes
-from rocs_bt.ros2.messages.message_types import MessageTypes
 from rocs_bt.ros2.messages.plain import PlainMessage
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint
@@ -26,7 +26,7 @@ from rocs_bt.ros2.settings import Ros2Settings
 
 from .network import Network
 
-MESSAGES = MessageTypes()
+MESSAGES = TypeStore()
 TYPES = KnownTypes(MESSAGES)
 
 

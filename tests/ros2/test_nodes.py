@@ -17,7 +17,7 @@ from rocs_bt.control.locomotion_kinds import Axis, TurnAxis, make_locomotion
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
 from rocs_bt.ros2.devices.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.ros2.devices.sensor_node import SensorNode
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.network.qos import QoS, mismatch
 from rocs_bt.ros2.network.transport import Endpoint
@@ -27,7 +27,7 @@ from rocs_bt.running.preflight import PreflightSensor, SensorState
 from ..waiting import until
 from .network import START, Network
 
-TYPES = MessageTypes()
+TYPES = TypeStore()
 ODOMETRY = "nav_msgs/msg/Odometry"
 SCAN = "sensor_msgs/msg/LaserScan"
 TF = "tf2_msgs/msg/TFMessage"

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
-from rocs_bt.ros2.messages.message_types import MessageTypes
-from rocs_bt.ros2.messages.topics import SCAN, TOPICS, Channel, pose_values
+from rocs_bt.ros2.messages.message_types import MESSAGES, SCAN, Channel, pose_values
+from rocs_bt.ros2.messages.type_store import TypeStore
 
-TYPES = MessageTypes()
+TYPES = TypeStore()
 KEYS = {"rays": 5, "span": 1.0, "joints": ("a", "b"), "words": ("idle", "docked")}
 CHANNEL = Channel("map", "base_link", -0.5, 0.25, names=("a", "b"), words=KEYS["words"])
 DOMAINS = {  # of random values; others are normal numbers
@@ -36,7 +36,7 @@ def draw(rng, type, taken, size):
 
 
 def sensor(type, **keys):
-    return Ros2SensorParameters(type=type, topic="t", **{k: KEYS[k] for k in KEYS if k in TOPICS[type].keys} | keys)
+    return Ros2SensorParameters(type=type, topic="t", **{k: KEYS[k] for k in KEYS if k in MESSAGES[type].keys} | keys)
 
 
 def take(type, fields, **keys):
@@ -44,22 +44,22 @@ def take(type, fields, **keys):
     return Ros2SensorParameters(type=type, topic="t", **keys).make_take(TYPES)(message)
 
 
-@pytest.mark.parametrize("topic", TOPICS.values(), ids=TOPICS)
-def test_what_is_taken_is_what_was_made(topic):
+@pytest.mark.parametrize("kind", MESSAGES.values(), ids=MESSAGES)
+def test_what_is_taken_is_what_was_made(kind):
     rng = np.random.default_rng(0)
-    sizes = {taken: sensor(topic.type, take=taken).size for taken in topic.sizes}
+    sizes = {taken: sensor(kind.type, take=taken).size for taken in kind.sizes}
     for _ in range(20):
-        values = {taken: draw(rng, topic.type, taken, size) for taken, size in sizes.items()}
+        values = {taken: draw(rng, kind.type, taken, size) for taken, size in sizes.items()}
         if "height" in values:
             values["height"] = values["position"][2:]
         if "level" in values:  # two statuses, of which the worst counts
             values["level"] = [0.0, *values["level"]]
         for made in (values, *({taken: each} for taken, each in values.items())):
-            message = TYPES.make(topic.type, **topic.make(7.0, made, CHANNEL))
-            message = TYPES.deserialize(TYPES.serialize(message), topic.type)
+            message = TYPES.make(kind.type, **kind.make(7.0, made, CHANNEL))
+            message = TYPES.deserialize(TYPES.serialize(message), kind.type)
             assert not hasattr(message, "header") or message.header.stamp.sec == 7
             for taken, each in made.items():
-                found = sensor(topic.type, take=taken).make_take(TYPES)(message)
+                found = sensor(kind.type, take=taken).make_take(TYPES)(message)
                 assert found == pytest.approx(each[-sizes[taken] :], rel=1e-6, abs=1e-6, nan_ok=True), taken
 
 
@@ -125,7 +125,7 @@ def test_values_of_a_pose():
 @pytest.mark.parametrize("type", EXAMPLES)
 def test_values_come_from_the_fields_that_the_definition_names(type):
     fields, values = EXAMPLES[type]
-    assert values.keys() == TOPICS[type].sizes.keys()
+    assert values.keys() == MESSAGES[type].sizes.keys()
     message = TYPES.make(type, **fields)
     for taken, each in values.items():
         assert sensor(type, take=taken).make_take(TYPES)(message) == pytest.approx(each, rel=1e-6), taken

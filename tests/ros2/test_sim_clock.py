@@ -8,12 +8,12 @@ import pytest
 
 from rocs_bt.base.errors import DeviceError
 from rocs_bt.ros2.messages import fields as messages
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network import sim_clock
 from rocs_bt.ros2.network.sim_clock import SimTimeClock
 from rocs_bt.ros2.network.transport import Sample
 
-TYPES = MessageTypes()
+TYPES = TypeStore()
 
 
 class Simulator:

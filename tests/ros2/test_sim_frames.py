@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.devices.simulated import Gyro, Lidar, Orientation, Position, RangeCone, WheelSpeed
 from rocs_bt.interfaces.device import Reading
 from rocs_bt.ros2.devices.parameters import Ros2SensorParameters
-from rocs_bt.ros2.messages.topics import RANGE, SCAN
+from rocs_bt.ros2.messages.message_types import RANGE, SCAN
 from rocs_bt.ros2.sim.publishers import FrameOptions
 from rocs_bt.ros2.sim.wheel_odometry import WheelOdometry
 

@@ -11,13 +11,13 @@ from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import CommandExpired, ContactBegan, ListSink
 from rocs_bt.ros2.messages.frames import Frames
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Sample
 from rocs_bt.ros2.sim.outputs import SENSORS
 from rocs_bt.ros2.sim.simulation import Ros2Simulation
 
-TYPES = MessageTypes()
+TYPES = TypeStore()
 SCENARIO = """
 format = "scenario/2"
 world = "{world}"

@@ -14,7 +14,7 @@ from rocs_bt.base.errors import DeviceError
 from rocs_bt.event import MotionHeld
 from rocs_bt.ros2 import service
 from rocs_bt.ros2.messages import fields as messages
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network import clock_watch, node
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.network.transport import Endpoint
@@ -42,7 +42,7 @@ class Simulator(threading.Thread):
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
-        self.network = Network(MessageTypes())
+        self.network = Network(TypeStore())
         self.network.peers = [
             Endpoint("/r1/cmd_vel", "geometry_msgs/msg/TwistStamped", "/base", False, QoS.COMMAND),
             Endpoint("/r1/emergency_stop", BOOL, "/panel", True, QoS.COMMAND),

@@ -6,7 +6,7 @@ import pytest
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.ros2.devices.stop_topics import StopTopics
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network import node
 from rocs_bt.ros2.network.node import RosNode
 from rocs_bt.ros2.network.qos import QoS
@@ -37,7 +37,7 @@ class Listener:
 
 @pytest.fixture
 def network():
-    return Network(MessageTypes())
+    return Network(TypeStore())
 
 
 @pytest.fixture

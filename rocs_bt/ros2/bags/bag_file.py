@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ...base.errors import Fault, InputError, RecordingError, RocsError
 from ...base.files import check_regular, is_file
-from ..messages.message_types import DISTROS, MessageTypes, import_rosbags
+from ..messages.type_store import DISTROS, TypeStore, import_rosbags
 
 FILES = (".mcap", ".db3", ".bag")
 """File extensions of bags."""
@@ -64,7 +64,7 @@ class Bag:
                 check_regular(part)
         self._ros1 = file.suffix == ".bag"
         rosbag = import_rosbags("rosbags.rosbag1" if self._ros1 else "rosbags.rosbag2")
-        self._types: MessageTypes | None = None
+        self._types: TypeStore | None = None
         with _readable(path):
             self._reader: Any = rosbag.Reader(file)
             self._reader.open()
@@ -80,7 +80,7 @@ class Bag:
             self.close()
             raise InputError(Fault(f"the bag '{path}' is empty: it has no messages."))
 
-    def types(self, distro: str, topics: Iterable[str]) -> MessageTypes:
+    def types(self, distro: str, topics: Iterable[str]) -> TypeStore:
         """Message types: those of a distribution, and in place of these the ones that the bag defines for some topics.
 
         Topics that the bag lacks are ignored.
@@ -88,7 +88,7 @@ class Bag:
         Raises:
             InputError: A type is unknown, or is not that of the distribution; contains all faults.
         """
-        types = MessageTypes(distro)
+        types = TypeStore(distro)
         faults: list[Fault] = []
         used = [(name, self.topics[name]) for name in topics if name in self.topics]
         for name, topic in used:
@@ -175,7 +175,7 @@ def _said(error: Exception) -> str:
     return (str(error).strip().rstrip(".") or type(error).__name__)[:300]
 
 
-def _define(types: MessageTypes, topic: BagTopic) -> None:
+def _define(types: TypeStore, topic: BagTopic) -> None:
     """Replace types of the distribution by those in a definition."""
     typesys = import_rosbags("rosbags.typesys")
     parsed: dict[str, Any] = {}
@@ -193,7 +193,7 @@ def _define(types: MessageTypes, topic: BagTopic) -> None:
     types.store.register(parsed)
 
 
-def _check_digest(types: MessageTypes, name: str, topic: BagTopic) -> None:
+def _check_digest(types: TypeStore, name: str, topic: BagTopic) -> None:
     """Check that a type without a definition is that of the distribution."""
     types.message(topic.type)
     if not topic.digest or types.store.hash_rihs01(topic.type) == topic.digest:
@@ -205,5 +205,5 @@ def _check_digest(types: MessageTypes, name: str, topic: BagTopic) -> None:
 
 
 def _digest(distro: str, name: str) -> str:
-    store = MessageTypes(distro).store
+    store = TypeStore(distro).store
     return str(store.hash_rihs01(name)) if name in store.types else ""

@@ -17,7 +17,7 @@ from ...base.files import new_folder
 from ...catalog import Catalog, RobotSpec
 from ...event import Event
 from ...record import Recording, RunHeader
-from ..messages.message_types import MessageTypes, import_rosbags
+from ..messages.type_store import TypeStore, import_rosbags
 from .messages import Published
 from .topics import RecordedTopics
 
@@ -77,7 +77,7 @@ def export_rosbag(
         raise InputError(Fault(f"'{folder}' exists.", hint="Choose another folder for the bag, or remove this one."))
     if not 0.0 <= start <= _LATEST:
         raise InputError(Fault(f"the start time must be 0 to {_LATEST} seconds since 1970, found {start:.12g} s."))
-    types = MessageTypes(_DISTRO)
+    types = TypeStore(_DISTRO)
     robots, unknown_robots = _robots(recording.header, catalog or Catalog.here())
     joints = {name: _joints(robot) for name, robot in robots.items()}
     topics = RecordedTopics(recording.header, robots, joints, start)
@@ -169,7 +169,7 @@ def _plausible(recording: Recording, end: float) -> Iterator[Event]:
         yield event
 
 
-def _write(writer: Any, published: Iterable[Published], types: MessageTypes) -> None:
+def _write(writer: Any, published: Iterable[Published], types: TypeStore) -> None:
     connections: dict[tuple[str, str], Any] = {}
     for topic, t, kind, fields, latched in published:
         if (topic, kind) not in connections:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ..messages.message_types import MESSAGES, Channel, Values
 from ..messages.names import RosNames, robot_namespace
-from ..messages.topics import TOPICS, Channel, Values
 
 
 class Published(NamedTuple):
@@ -16,7 +16,7 @@ class Published(NamedTuple):
         topic: Full name of the topic.
         t: Time of publication [s].
         type: Message type.
-        fields: Fields of the message, for `MessageTypes.make`.
+        fields: Fields of the message, for `TypeStore.make`.
         latched: Whether late subscriptions need it, so that its durability is transient local.
     """
 
@@ -49,7 +49,7 @@ class BagMessages(RosNames):
 
     def measured(self, topic: str, t: float, stamp: float, kind: str, values: Values, channel: Channel) -> Published:
         """Message with values of a short form, published and measured at two times of the run [s]."""
-        return self.published(topic, t, kind, TOPICS[kind].make(self.start + stamp, values, channel))
+        return self.published(topic, t, kind, MESSAGES[kind].make(self.start + stamp, values, channel))
 
     def numbers(self, topic: str, t: float, values: Sequence[float]) -> Published:
         """Message with one number or several."""

@@ -25,9 +25,9 @@ from ...running.sink_thread import Relay
 from ...simulation.devices import make_sensor
 from ..devices.actuator_node import shared_node
 from ..devices.parameters import Ros2SensorParameters
-from ..messages.message_types import MessageTypes
+from ..messages.message_types import POSE, TRANSFORMS
 from ..messages.takes import pose3
-from ..messages.topics import POSE, TRANSFORMS
+from ..messages.type_store import TypeStore
 from ..network.qos import QoS
 from ..settings import Ros2Settings
 from .bag_file import Bag
@@ -170,7 +170,7 @@ def _devices(
 class _Goals(Plan):
     """Plan that pursues the goals of the bag and submits no action."""
 
-    def __init__(self, types: MessageTypes, reader: BagReader, mission: Mission) -> None:
+    def __init__(self, types: TypeStore, reader: BagReader, mission: Mission) -> None:
         super().__init__("bag", **mission.parts)
         self._types = types
         self._reader = reader

@@ -12,8 +12,8 @@ from ...base.geometry import Pose3
 from ...catalog import RobotSpec, SensorSpec
 from ...record import BodyInfo
 from ..devices.parameters import Ros2SensorParameters
+from ..messages.message_types import IMU, JOINTS, MESSAGES, RANGE, SCAN, Channel, Values
 from ..messages.names import BASE, MAP
-from ..messages.topics import IMU, JOINTS, RANGE, SCAN, TOPICS, Channel, Values
 from .messages import BagMessages, Published
 
 _SAME = 0.002
@@ -75,9 +75,9 @@ class SensorTopics:
         for sensor in dict.fromkeys([*self._sensors, *body.fans, *body.beams]):
             self._open(sensor, self._sensors.get(sensor))
         for topic in self._topics.values():
-            if "span" in TOPICS[topic.type].keys:
+            if "span" in MESSAGES[topic.type].keys:
                 topic.parts = dict([max(topic.parts.items(), key=_width)])
-        ranging = {name for name, pairs in self._of.items() if any("zero" in TOPICS[t.type].keys for t, _ in pairs)}
+        ranging = {name for name, pairs in self._of.items() if any("zero" in MESSAGES[t.type].keys for t, _ in pairs)}
         self.ranging = {spec.signal for spec in self._sensors.values() if spec.name in ranging}
 
     @property
@@ -96,7 +96,7 @@ class SensorTopics:
         for topic in self._topics.values():
             for sensor, part in topic.parts.items():
                 spec = self._sensors.get(sensor)
-                if part.repeats and "span" in TOPICS[topic.type].keys and spec and (mount := spec.mount) is not None:
+                if part.repeats and "span" in MESSAGES[topic.type].keys and spec and (mount := spec.mount) is not None:
                     yield self._names.frame(sensor), Pose3(mount.x, mount.y, 0.0, yaw=mount.yaw)
 
     def take(self, event: ev.SensorRead) -> Iterator[Published]:
@@ -177,7 +177,7 @@ class SensorTopics:
 
     def _channel(self, spec: SensorSpec, given: Ros2SensorParameters) -> Channel:
         """Channel of a sensor's values. The limits of a scanner are not recorded, but the readings keep to them."""
-        form, names = TOPICS[given.type], self._names
+        form, names = MESSAGES[given.type], self._names
         frame = form.frame if form.frame in ("", MAP) else names.frame(form.frame)
         if "span" in form.keys and spec.mount is not None:
             frame = names.frame(spec.name)

@@ -12,8 +12,8 @@ from ...catalog import RobotSpec
 from ...event import Event
 from ...record import BodyInfo, RunHeader
 from ..messages import fields as messages
+from ..messages.message_types import MESSAGES, ODOMETRY, POSE, TRANSFORMS, Channel, pose_values
 from ..messages.names import BASE, MAP, ODOM
-from ..messages.topics import ODOMETRY, POSE, TOPICS, TRANSFORMS, Channel, pose_values
 from .markers import scene
 from .messages import BagMessages, Published, different_namespaces
 from .sensors import SensorTopics
@@ -102,11 +102,11 @@ class RecordedTopics:
         if not self._header.simulated or not _finite(pose):  # on hardware it is the robot's own estimate
             return
         t, agent, frame = self._start + event.t, self._agents.get(event.body), self._movers.get(event.body)
-        fields = TOPICS[POSE].make(t, pose_values(pose), _MAP)
+        fields = MESSAGES[POSE].make(t, pose_values(pose), _MAP)
         if agent is not None:
             yield Published(agent.names.topic("ground_truth"), t, POSE, fields)
         elif frame is not None:
-            yield Published("/tf", t, TRANSFORMS, TOPICS[TRANSFORMS].make(t, pose_values(pose), Channel(MAP, frame)))
+            yield Published("/tf", t, TRANSFORMS, MESSAGES[TRANSFORMS].make(t, pose_values(pose), Channel(MAP, frame)))
             yield Published(f"/{frame}/ground_truth", t, POSE, fields)
 
 

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from ...base.clock import Clock
 from ...base.errors import DeviceError, Fault, InputError, RecordingError
-from ..messages.message_types import MessageTypes
+from ..messages.type_store import TypeStore
 from ..network.qos import QoS
 from ..network.transport import Endpoint, Sample
 from .bag_file import Bag, BagMessage
@@ -56,7 +56,7 @@ class BagTransport:
         self._bag = bag
         self._clock = clock
         clocks = [CLOCK] if use_sim_time and CLOCK in bag.topics else []
-        self.types: MessageTypes = bag.types(distro, [*topics, *clocks])
+        self.types: TypeStore = bag.types(distro, [*topics, *clocks])
         self._ticks = [(m.time, self._tick(m)) for m in bag.messages(clocks)]
         self._times = [time for time, _ in self._ticks]
         self._begin = self._stamp(bag.start) + round(start * 1e9)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from ...base.errors import Fault, InputError
 from ...catalog import RobotSpec
 from ...declare import place_of
-from ..messages.message_types import MessageTypes
+from ..messages.type_store import TypeStore
 from ..network.rclpy_transport import definition
 from ..settings import Ros2Settings
 from .parameters import Ros2SensorParameters
@@ -21,7 +21,7 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
         return
     settings = robot.tables.get("ros2", Ros2Settings())
     try:
-        types = MessageTypes(settings.distro, lambda name: settings.definition(name) or definition(name))
+        types = TypeStore(settings.distro, lambda name: settings.definition(name) or definition(name))
     except InputError as error:  # an unknown distribution
         yield from error.at(robot.file, *place_of(settings, "distro")[1:]).faults
         return

@@ -11,9 +11,9 @@ from ...base.units import ANGLE, Bounds, Metres
 from ...declare import Key, OneOf, Valid, Value, Wrong
 from ..messages.field_path import field_at, numbers_at, parse_path
 from ..messages.known_types import KnownTypes
-from ..messages.message_types import MessageTypes
+from ..messages.message_types import MESSAGES, TRANSFORMS, MessageType
 from ..messages.takes import Take
-from ..messages.topics import TOPICS, TRANSFORMS, Topic
+from ..messages.type_store import TypeStore
 from ..network.qos import QoS
 from ..settings import NAME_HINT, is_ros_name
 
@@ -38,7 +38,7 @@ class Ros2SensorParameters(Value):
         type: Message type, such as `sensor_msgs/msg/LaserScan`.
         topic: Name of the topic; a relative one is in the namespace of the `[ros2]` table.
         topics: Names of several topics of the same type, in place of `topic`; their values are concatenated.
-        take: Value that is taken from a message with a short form (`TOPICS`); by default the first.
+        take: Value that is taken from a message with a short form (`MESSAGES`); by default the first.
         paths: Key `values`: paths to fields, such as `pose.pose.position.x`, in place of `take`.
         length: Number of values of a message, for `paths` with an array of variable length; by default that of the
             first message.
@@ -91,7 +91,7 @@ class Ros2SensorParameters(Value):
             yield Wrong("length", "length is for values.", 'Write values = ["data"] and length = 4.')
         for key, default in (("zero", "minimum"), ("nan", "invalid")):
             if (self.form or self.paths) and getattr(self, key) != default and key not in self.keys:
-                types = " and ".join(topic.type.rpartition("/")[2] for topic in TOPICS.values() if key in topic.keys)
+                types = " and ".join(m.type.rpartition("/")[2] for m in MESSAGES.values() if key in m.keys)
                 yield Wrong(key, f"{key} is for the short forms of {types}.", "Omit it.")
         for path in self.paths:
             try:
@@ -106,7 +106,7 @@ class Ros2SensorParameters(Value):
 
     def _short_form(self) -> Iterator[Wrong]:
         if self.form is None:
-            hint = f'Write values = ["a.b", "c[0]"]. Types with a short form: {", ".join(TOPICS)}.'
+            hint = f'Write values = ["a.b", "c[0]"]. Types with a short form: {", ".join(MESSAGES)}.'
             yield Wrong("type", f"'{self.type}' has no short form: values is needed.", hint)
         elif self.take and self.take not in self.form.sizes:
             hint = did_you_mean(self.take, self.form.sizes, f"'{self.type}'")
@@ -121,9 +121,9 @@ class Ros2SensorParameters(Value):
             yield Wrong(None, "words is needed, the texts that the topic can have.")
 
     @property
-    def form(self) -> Topic | None:
+    def form(self) -> MessageType | None:
         """Short form of the messages; None if `paths` lists fields, or there is none."""
-        return None if self.paths else TOPICS.get(self.type)
+        return None if self.paths else MESSAGES.get(self.type)
 
     @property
     def keys(self) -> Sequence[str]:
@@ -174,7 +174,7 @@ class Ros2SensorParameters(Value):
             each = int(declared) if isinstance(declared, int) else len(declared)
         return each * len(self.all_topics)
 
-    def message_size(self, types: MessageTypes) -> int | None:
+    def message_size(self, types: TypeStore) -> int | None:
         """Number of values of a message, by the declarations in robot.toml and of the message type; None without one.
 
         Raises:
@@ -189,7 +189,7 @@ class Ros2SensorParameters(Value):
             raise InputError(Fault(f"length is {self.length}, but the fields of {self.type} have {known} values."))
         return self.length or (known if fixed else None)
 
-    def make_take(self, types: MessageTypes) -> Take:
+    def make_take(self, types: TypeStore) -> Take:
         """Create the function that takes the sensor's values from messages.
 
         Raises:

@@ -9,8 +9,8 @@ from ...base.errors import DeviceError
 from ...base.geometry import Pose3
 from ...interfaces.device import Reading, Sensor
 from ..messages.frames import Frames
+from ..messages.message_types import TRANSFORMS
 from ..messages.takes import POSE_TAKES
-from ..messages.topics import TRANSFORMS
 from ..network.matching import OwnEndpoint
 from ..network.node import MAX_AHEAD, RosNode, header_stamp
 from ..network.qos import QoS

@@ -16,8 +16,8 @@ from ...interfaces.device import NOTABLE_AHEAD
 from ..devices.actuator_node import NODE as RUN
 from ..devices.actuator_node import isolated_node
 from ..devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from ..messages.message_types import TRANSFORMS
 from ..messages.takes import Take
-from ..messages.topics import TRANSFORMS
 from ..network.connect import open_transport
 from ..network.matching import OwnEndpoint
 from ..network.node import MAX_AHEAD, RosNode, header_stamp

@@ -1,4 +1,4 @@
-"""Fields of standard messages, as nested mappings for `MessageTypes.make`. SI units, frames of REP 103 and REP 105."""
+"""Fields of standard messages, as nested mappings for `TypeStore.make`. SI units, frames of REP 103 and REP 105."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from typing import Any
 from ...base.errors import InputError, unknown
 from ..ros_link import RosField
 from ..settings import Ros2Settings
-from .message_types import MessageTypes
 from .plain import rosbags_fields, rosidl_fields
+from .type_store import TypeStore
 
 
 class KnownTypes:
@@ -21,7 +21,7 @@ class KnownTypes:
         messages: Message types; None if the package rosbags is not installed.
     """
 
-    def __init__(self, messages: MessageTypes | None) -> None:
+    def __init__(self, messages: TypeStore | None) -> None:
         self._messages = messages
         self._found: dict[str, Mapping[str, RosField] | None] = {}
 
@@ -70,6 +70,6 @@ def installed_types(settings: Ros2Settings | None = None) -> KnownTypes:
     """
     given = Ros2Settings() if settings is None else settings
     try:
-        return KnownTypes(MessageTypes(given.distro, given.definition))
+        return KnownTypes(TypeStore(given.distro, given.definition))
     except InputError:  # rosbags is not installed
         return KnownTypes(None)

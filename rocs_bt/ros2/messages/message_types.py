@@ -1,147 +1,231 @@
-"""Message types of a ROS 2 distribution, and conversion between messages and CDR (by the package rosbags)."""
+"""Table of message types, `MESSAGES`: the values that a sensor takes from a message, and how one is made of them.
+
+Sensors with `driver = "ros2"` and replays of bags take; `rocs-bt sim` and exports of bags make.
+"""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from ...base.errors import DeviceError, Fault, InputError, unknown
+from ...base.geometry import Pose3, Twist3
+from . import fields
+from .fields import Fields, header
+from .frames import Frames
+from .names import BASE, MAP, ODOM
+from .takes import (
+    POSE_TAKES,
+    ScanReducer,
+    Take,
+    WorstLevel,
+    take_imu,
+    take_joints,
+    take_number,
+    take_pose,
+    take_range,
+    take_spread,
+    take_twist,
+    take_word,
+)
 
-if TYPE_CHECKING:
-    from rosbags.typesys.store import Typestore
+SCAN = "sensor_msgs/msg/LaserScan"
+RANGE = "sensor_msgs/msg/Range"
+IMU = "sensor_msgs/msg/Imu"
+ODOMETRY = "nav_msgs/msg/Odometry"
+JOINTS = "sensor_msgs/msg/JointState"
+POSE_FIX = "geometry_msgs/msg/PoseWithCovarianceStamped"
+POSE = "geometry_msgs/msg/PoseStamped"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
-DISTROS = ("humble", "iron", "jazzy", "kilted", "lyrical")
-"""Distributions of ROS 2 with message types."""
-
-INSTALL = "Install it: pip install 'rocs_bt[ros2]'."
-"""What to do if a package of the extra is missing."""
-
-FindDefinition = Callable[[str], str | None]
-"""Function from the name of a message type to the text of its .msg file; None if it does not know the type."""
+Values = Mapping[str, Sequence[float]]
+"""Values by what is taken, such as `orientation`; SI units."""
 
 
-def import_rosbags(module: str) -> Any:
-    """Import a module of the package rosbags.
+@dataclass(frozen=True)
+class Channel:
+    """Constant facts about the values of a topic.
 
-    Raises:
-        InputError: The package is not installed.
+    Attributes:
+        frame: Frame of the values.
+        child: Frame of the body.
+        first: Direction of the first ray, left positive [rad].
+        step: Angle from a ray to the next [rad].
+        limits: Minimum and maximum range [m].
+        times: Time between scans, and from the first ray of a scan to the last [s].
+        opening: Opening angle of a beam [rad].
+        names: Names of the joints, or of the status of each level.
+        words: Texts of a String.
+        covariances: Covariances by field, in rows; zeros where they are unknown.
     """
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        message = f"ROS 2 messages need the package 'rosbags', which is not installed ({error})."
-        raise InputError(Fault(message, hint=INSTALL)) from error
+
+    frame: str = ""
+    child: str = ""
+    first: float = 0.0
+    step: float = 0.0
+    limits: Sequence[float] = (0.0, math.inf)
+    times: tuple[float, float] = (0.0, 0.0)
+    opening: float = 0.0
+    names: Sequence[str] = ()
+    words: Sequence[str] = ()
+    covariances: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
-class MessageTypes:
-    """Message types of a ROS 2 distribution.
+@dataclass(frozen=True)
+class MessageType:
+    """Message type with a short form.
 
-    The distribution must be that of the network, because some types differ.
-
-    Raises:
-        InputError: The distribution is unknown, or the package rosbags is not installed.
+    Attributes:
+        type: Name of the type.
+        sizes: Values that can be taken, the first by default: number of numbers, or the key that declares it.
+        take: Creates the function from a message to values, for what is taken and the values of `keys`.
+        make: Fields of the message at a stamp [s] with values, on a channel.
+        keys: Keys in robot.toml of sensors that take from this type.
+        scale: Key with the factor from the numbers of a message to the values of a reading.
+        frame: Frame of the values by REP 105; empty if the type has none.
+        parts: Whether several nodes publish parts of the whole, with a name for each value.
     """
 
-    def __init__(self, distro: str = "jazzy", find: FindDefinition = lambda name: None) -> None:
-        typesys = import_rosbags("rosbags.typesys")
-        if distro not in DISTROS:
-            raise InputError(unknown("distribution of ROS 2", distro, DISTROS))
-        self.distro = distro
-        self.store: Typestore = typesys.get_typestore(typesys.Stores[f"ROS2_{distro.upper()}"])
-        self._find = find
-
-    def message(self, name: str) -> Any:
-        """Class of a message type.
-
-        Raises:
-            InputError: The type is unknown, or its definition is faulty.
-        """
-        if name not in self.store.types:
-            text = self._find(name)
-            if text is None:
-                raise InputError(unknown("message type", name, self.store.types, f"ROS 2 {self.distro.capitalize()}"))
-            self.register({name: text})
-        return self.store.types[name]
-
-    def fields(self, name: str) -> Mapping[str, Any]:
-        """Fields of a message type, by name, as rosbags describes them; see `message`."""
-        self.message(name)
-        return dict(self.store.fielddefs[name][1])
-
-    def register(self, definitions: Mapping[str, str]) -> None:
-        """Add message types: texts of .msg files by the names of the types.
-
-        Raises:
-            InputError: A definition is faulty, or contains an unknown type.
-        """
-        typesys = import_rosbags("rosbags.typesys")
-        parsed: dict[str, Any] = {}
-        for name, text in definitions.items():
-            try:
-                parsed |= typesys.get_types_from_msg(text, name)
-            except typesys.TypesysError as error:
-                raise InputError(Fault(f"the definition of '{name}' is faulty: {error}.")) from error
-        known = set(self.store.types)
-        self.store.register({name: fields for name, fields in parsed.items() if name not in known})
-        for name in set(self.store.types) - known:  # types of their fields
-            for of in self.fields(name).values():
-                if inner := _message_in(of):
-                    self.message(inner)
-
-    def make(self, name: str, /, **values: Any) -> Any:
-        """Create a message; nested ones are messages or mappings, and other fields are 0 or empty.
-
-        Raises:
-            InputError: The type or a field is unknown.
-        """
-        known = self.fields(name)
-        if wrong := [field for field in values if field not in known]:
-            raise InputError(*(unknown("field", field, known, f"'{name}'") for field in wrong))
-        return self.message(name)(**{field: self._value(of, values.get(field)) for field, of in known.items()})
-
-    def serialize(self, message: Any) -> bytes:
-        """Convert a message to CDR, with its encapsulation header."""
-        return bytes(self.store.serialize_cdr(message, message.__msgtype__))
-
-    def deserialize(self, data: bytes, name: str) -> Any:
-        """Convert CDR to a message.
-
-        Raises:
-            DeviceError: The data is no message of this type.
-        """
-        try:
-            return self.store.deserialize_cdr(data, name)
-        except Exception as error:  # of any kind: the data may be anything
-            raise DeviceError(f"{len(data)} bytes are no {name}: {error or type(error).__name__}") from error
-
-    def _value(self, of: Any, given: Any) -> Any:
-        """Value of a field: the given one, converted, or for None the default."""
-        kind, detail = of
-        if kind.name == "BASE":
-            if given is not None:
-                return given
-            return {"string": "", "wstring": "", "bool": False}.get(detail[0], 0)
-        if kind.name == "NAME":
-            return self.make(detail, **(given or {})) if given is None or isinstance(given, Mapping) else given
-        element, length = detail
-        count = length if kind.name == "ARRAY" else 0
-        if element[0].name == "BASE" and element[1][0] not in ("string", "wstring"):
-            import numpy as np
-
-            dtype = _DTYPES.get(element[1][0], element[1][0])
-            if given is None:
-                return np.zeros(count, dtype)
-            return np.array(given if isinstance(given, np.ndarray) else list(given), dtype)
-        return [self._value(element, value) for value in ([None] * count if given is None else given)]
+    type: str
+    sizes: Mapping[str, int | str]
+    take: Callable[..., Take]
+    make: Callable[[float, Values, Channel], Fields]
+    keys: Sequence[str] = ()
+    scale: str = ""
+    frame: str = ""
+    parts: bool = False
 
 
-_DTYPES = {"octet": "uint8", "char": "uint8"}
+def pose_values(pose: Pose3) -> Values:
+    """Values of a pose."""
+    return {"position": pose[:3], "attitude": pose[3:5], "orientation": pose[5:]}
 
 
-def _message_in(of: Any) -> str:
-    """Name of the message type in the description of a field; empty for a base type."""
-    kind, detail = of
-    if kind.name in ("ARRAY", "SEQUENCE"):
-        return _message_in(detail[0])
-    return str(detail) if kind.name == "NAME" else ""
+def _pose(v: Values) -> Pose3:
+    x, y, z = v.get("position", (0.0, 0.0, 0.0))
+    (z,), (roll, pitch) = v.get("height", (z,)), v.get("attitude", (0.0, 0.0))
+    return Pose3(x, y, z, roll, pitch, *v.get("orientation", (0.0,)))
+
+
+def _scan(t: float, v: Values, c: Channel) -> Fields:
+    steps = len(v["ranges"]) - 1
+    return {
+        "header": header(t, c.frame), "angle_min": c.first, "angle_max": c.first + c.step * steps,
+        "angle_increment": c.step, "time_increment": c.times[1] / max(steps, 1), "scan_time": c.times[0],
+        "range_min": c.limits[0], "range_max": c.limits[1], "ranges": v["ranges"],
+    }  # fmt: skip
+
+
+def _range(t: float, v: Values, c: Channel) -> Fields:
+    return {
+        "header": header(t, c.frame), "radiation_type": 0, "field_of_view": c.opening,  # ULTRASOUND
+        "min_range": c.limits[0], "max_range": c.limits[1], "range": v["range"][0],
+    }  # fmt: skip
+
+
+def _imu(t: float, v: Values, c: Channel) -> Fields:
+    """An Imu, with what was not measured marked as unknown."""
+    made: Fields = {"header": header(t, c.frame)}
+    if v.keys() & {"orientation", "attitude"}:
+        made["orientation"] = fields.quaternion(_pose(v))
+    if "turn_rate" in v:
+        made["angular_velocity"] = fields.vector(0.0, 0.0, *v["turn_rate"])
+    if "acceleration" in v:
+        made["linear_acceleration"] = fields.vector(*v["acceleration"])
+    for name in ("orientation", "angular_velocity", "linear_acceleration"):
+        unknown = [0.0 if name in made else -1.0, *[0.0] * 8]
+        made[f"{name}_covariance"] = c.covariances.get(name, unknown)
+    return made
+
+
+def _odometry(t: float, v: Values, c: Channel) -> Fields:
+    pose, twist = fields.pose_fields(_pose(v)), fields.twist_fields(Twist3(*v.get("twist", (0.0,))))
+    made: Fields = {"pose": {"pose": pose}, "twist": {"twist": twist}}
+    for name, covariance in c.covariances.items():
+        made[name]["covariance"] = covariance
+    return {"header": header(t, c.frame), "child_frame_id": c.child, **made}
+
+
+def _pose_fix(t: float, v: Values, c: Channel) -> Fields:
+    spread = fields.diagonal([*[v["spread"][0] ** 2] * 3, 0.0, 0.0, 0.0] if "spread" in v else [0.0] * 6)
+    pose = {"pose": fields.pose_fields(_pose(v)), "covariance": c.covariances.get("pose", spread)}
+    return {"header": header(t, c.frame), "pose": pose}
+
+
+def _battery(t: float, v: Values, c: Channel) -> Fields:
+    names = ("voltage", "temperature", "current", "charge", "capacity", "design_capacity", "percentage")
+    known = dict.fromkeys(names, math.nan) | {name: value for name, (value,) in v.items()}  # NaN: unmeasured
+    return {"header": header(t, c.frame), **known, "present": True}
+
+
+def _diagnostics(t: float, v: Values, c: Channel) -> Fields:
+    status = [{"name": name, "level": int(level)} for name, level in zip(c.names, v["level"], strict=True)]
+    return {"header": header(t, c.frame), "status": status}
+
+
+def _transforms(taken: str, frame: str, child: str) -> Take:
+    """Pose through the transforms of one message."""
+
+    def take(message: object) -> list[float]:
+        frames = Frames()
+        frames.add(message, 0.0)
+        return POSE_TAKES[taken](Pose3.from_quaternion(*frames.pose(frame, child)[:2]))
+
+    return take
+
+
+_POSE = {"position": 3, "orientation": 1, "attitude": 2, "height": 1}
+_BATTERY = {"percentage": 1, "voltage": 1, "current": 1}
+_ECHO = ("zero", "nan")
+
+MESSAGES: Mapping[str, MessageType] = {
+    message.type: message
+    for message in (
+        MessageType(
+            SCAN, {"ranges": "rays"}, lambda taken, **keys: ScanReducer(**keys), _scan,
+            keys=("rays", "span", *_ECHO), frame=BASE,
+        ),
+        MessageType(RANGE, {"range": 1}, lambda taken, **keys: take_range(**keys), _range, keys=_ECHO, frame=BASE),
+        MessageType(
+            IMU, {"turn_rate": 1, "orientation": 1, "attitude": 2, "acceleration": 3}, take_imu, _imu, frame=BASE,
+        ),
+        MessageType(
+            ODOMETRY, {**_POSE, "twist": 4},
+            lambda taken: take_twist if taken == "twist" else take_pose(taken, lambda m: m.pose.pose),
+            _odometry, frame=ODOM,
+        ),
+        MessageType(
+            JOINTS, {"velocity": "joints", "position": "joints", "effort": "joints"}, take_joints,
+            lambda t, v, c: {"header": header(t, c.frame), "name": list(c.names), **v},
+            keys=("joints",), scale="wheel_radius", parts=True,
+        ),
+        MessageType(
+            POSE_FIX, {**_POSE, "spread": 1},
+            lambda taken: take_spread if taken == "spread" else take_pose(taken, lambda m: m.pose.pose),
+            _pose_fix, frame=MAP,
+        ),
+        MessageType(
+            POSE, _POSE, lambda taken: take_pose(taken, lambda m: m.pose),
+            lambda t, v, c: {"header": header(t, c.frame), "pose": fields.pose_fields(_pose(v))}, frame=MAP,
+        ),
+        MessageType("sensor_msgs/msg/BatteryState", _BATTERY, take_number, _battery),
+        MessageType(
+            "diagnostic_msgs/msg/DiagnosticArray", {"level": 1}, lambda taken, status: WorstLevel(status),
+            _diagnostics, keys=("status",), parts=True,
+        ),
+        MessageType("std_msgs/msg/Bool", {"data": 1}, take_number, lambda t, v, c: {"data": bool(v["data"][0])}),
+        MessageType(
+            "std_msgs/msg/Float64", {"data": 1}, take_number, lambda t, v, c: {"data": v["data"][0]}, scale="unit",
+        ),
+        MessageType(
+            "std_msgs/msg/String", {"word": 1}, lambda taken, words: take_word(words),
+            lambda t, v, c: {"data": c.words[int(v["word"][0])]}, keys=("words",),
+        ),
+        MessageType(
+            TRANSFORMS, _POSE, _transforms,
+            lambda t, v, c: fields.transforms([fields.transform(t, c.frame, c.child, _pose(v))]),
+            keys=("frame", "child"),
+        ),
+    )
+}  # fmt: skip
+"""Message types with a short form, by name."""

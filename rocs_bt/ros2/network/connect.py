@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ..messages.message_types import DISTROS, MessageTypes
+from ..messages.type_store import DISTROS, TypeStore
 from ..settings import Ros2Settings
 from .dds import DdsTransport
 from .rclpy_transport import RclpyTransport, definition, has_rclpy
@@ -19,9 +19,9 @@ def open_transport(settings: Ros2Settings, node: str = "rocs_bt") -> Transport:
         DeviceError: The network cannot be joined.
     """
     if settings.transport == "dds" or (settings.transport == "auto" and not has_rclpy()):
-        return DdsTransport(settings, MessageTypes(settings.distro, settings.definition), node)
+        return DdsTransport(settings, TypeStore(settings.distro, settings.definition), node)
     distro = os.environ.get("ROS_DISTRO", settings.distro)
-    types = MessageTypes(
+    types = TypeStore(
         distro if distro in DISTROS else settings.distro, lambda name: settings.definition(name) or definition(name)
     )
     return RclpyTransport(settings, types, node)

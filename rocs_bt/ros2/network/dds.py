@@ -10,7 +10,7 @@ import time
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...base.errors import DeviceError, Fault, InputError
-from ..messages.message_types import INSTALL, MessageTypes
+from ..messages.type_store import INSTALL, TypeStore
 from ..settings import Ros2Settings
 from .qos import QoS
 from .transport import Endpoint, Sample
@@ -43,7 +43,7 @@ class DdsTransport:
         DeviceError: The network cannot be joined.
     """
 
-    def __init__(self, settings: Ros2Settings, types: MessageTypes, node: str) -> None:
+    def __init__(self, settings: Ros2Settings, types: TypeStore, node: str) -> None:
         domain, participant = _import("domain"), _import("domain").DomainParticipant
         self.name = "dds"
         self.types = types
@@ -257,14 +257,14 @@ def _qos_of(qos: Any) -> QoS:
     return QoS("reliable" if reliable else "best_effort", "transient_local" if latched else "volatile", depth)
 
 
-def _padded(types: MessageTypes, gid: bytes) -> list[int]:
+def _padded(types: TypeStore, gid: bytes) -> list[int]:
     """GID as the numbers of a message, of which older distributions have more."""
     size = types.fields("rmw_dds_common/msg/Gid")["data"][1][1]
     return list(gid.ljust(size, b"\0"))
 
 
 @functools.cache
-def _struct(types: MessageTypes, name: str) -> Any:
+def _struct(types: TypeStore, name: str) -> Any:
     """Type of cyclonedds for a message type, which carries raw CDR."""
     idl = _import("idl")
     types.message(name)
@@ -277,7 +277,7 @@ def _struct(types: MessageTypes, name: str) -> Any:
     return cls
 
 
-def _hint(types: MessageTypes, of: Any) -> Any:
+def _hint(types: TypeStore, of: Any) -> Any:
     """Cyclonedds' type of a field."""
     idl = _import("idl.types")
     kind, detail = of

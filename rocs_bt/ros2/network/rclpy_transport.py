@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ...base.errors import DeviceError, Fault, InputError
-from ..messages.message_types import MessageTypes
+from ..messages.type_store import TypeStore
 from ..settings import Ros2Settings
 from .qos import QoS
 from .transport import Endpoint, Sample
@@ -49,7 +49,7 @@ class RclpyTransport:
         DeviceError: The network cannot be joined.
     """
 
-    def __init__(self, settings: Ros2Settings, types: MessageTypes, node: str) -> None:
+    def __init__(self, settings: Ros2Settings, types: TypeStore, node: str) -> None:
         self.name = "rclpy"
         self.types = types
         rclpy = _import("rclpy", "rclpy")

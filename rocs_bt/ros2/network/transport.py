@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from ..messages.message_types import MessageTypes
+from ..messages.type_store import TypeStore
 from .qos import QoS
 
 
@@ -77,7 +77,7 @@ class Transport(Protocol):
     """Participant of a ROS 2 network. Endpoints are opened from one thread, before the run."""
 
     name: str  # `rclpy`, `dds` or `bag`
-    types: MessageTypes
+    types: TypeStore
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
         """Open a subscription.

@@ -186,7 +186,7 @@ _BATTERY: Final = {"battery_topic": Port.of(str, "topic with the state", Syntax(
 _LOW: Final = "SUCCESS if the percentage (0 to 1) or voltage is at most `min_battery`; FAILURE before a message."
 _CHARGES: Final = "SUCCESS if the battery is charging; FAILURE before a message."
 
-TOPICS: Final[tuple[type[Node], ...]] = (
+TOPIC_NODES: Final[tuple[type[Node], ...]] = (
     *(_selector(tag) for tag in NAV2 if tag.endswith("Selector")),
     made_node("IsBatteryLow", _BatteryLow, _LOW, {**_own("IsBatteryLow"), **_BATTERY}, __name__),
     made_node("IsBatteryCharging", _BatteryCharging, _CHARGES, _BATTERY, __name__),

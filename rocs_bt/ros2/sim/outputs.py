@@ -30,8 +30,8 @@ from ...interfaces.device import Sensor
 from ...simulation.robot_links import RobotLinks
 from ..messages import fields as messages
 from ..messages.fields import UNMEASURED
+from ..messages.message_types import IMU, JOINTS, ODOMETRY, POSE_FIX, RANGE, SCAN, Channel, Values, pose_values
 from ..messages.names import BASE, FOOTPRINT, MAP, ODOM
-from ..messages.topics import IMU, JOINTS, ODOMETRY, POSE_FIX, RANGE, SCAN, Channel, Values, pose_values
 from ..network.qos import QoS
 from .publishers import RobotPublishers, TfPublishers
 from .wheel_odometry import EXACT, Motion, WheelOdometry

@@ -9,8 +9,8 @@ from typing import Any
 from ...base.clock import Rate
 from ...base.geometry import Pose3
 from ..messages import fields as messages
+from ..messages.message_types import MESSAGES, TRANSFORMS, Channel, Values
 from ..messages.names import RosNames
-from ..messages.topics import TOPICS, TRANSFORMS, Channel, Values
 from ..network.qos import QoS
 from ..network.transport import Transport
 
@@ -39,7 +39,7 @@ class Publisher:
 
     def measure(self, stamp: float, values: Values, channel: Channel) -> None:
         """Publish values of a short form with a stamp [s]."""
-        self.send(TOPICS[self.type].make(stamp, values, channel))
+        self.send(MESSAGES[self.type].make(stamp, values, channel))
 
     def send(self, fields: Mapping[str, Any]) -> None:
         """Publish a message, given by its fields."""

@@ -8,7 +8,7 @@ import pytest
 import rclpy
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.type_store import TypeStore
 from rocs_bt.ros2.network.rclpy_transport import RclpyTransport
 from rocs_bt.ros2.network.services import RosServices
 from rocs_bt.ros2.settings import Ros2Settings
@@ -17,7 +17,7 @@ RANGE, PEERS, ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_L
 
 
 def opened(network="loopback"):
-    return RclpyTransport(Ros2Settings(network=network, namespace="r1"), MessageTypes(), "rocs_bt")
+    return RclpyTransport(Ros2Settings(network=network, namespace="r1"), TypeStore(), "rocs_bt")
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import pytest
 from mcap_ros2._dynamic import generate_dynamic
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.ros2.messages.message_types import DISTROS, MessageTypes
+from rocs_bt.ros2.messages.type_store import DISTROS, TypeStore
 
-TYPES = MessageTypes()
+TYPES = TypeStore()
 
 
 @pytest.mark.parametrize("name", sorted(TYPES.store.types))
@@ -26,10 +26,10 @@ def test_a_default_message_of_every_type_survives_cdr_and_is_read_by_an_independ
 @pytest.mark.parametrize("distro", DISTROS)
 def test_every_distribution_has_the_types_of_the_short_forms(distro):
     from rocs_bt.ros2.devices.parameters import ACTUATOR_TYPES
-    from rocs_bt.ros2.messages.topics import TOPICS
+    from rocs_bt.ros2.messages.message_types import MESSAGES
 
-    types = MessageTypes(distro)
-    for name in (*TOPICS, *ACTUATOR_TYPES):
+    types = TypeStore(distro)
+    for name in (*MESSAGES, *ACTUATOR_TYPES):
         types.deserialize(types.serialize(types.make(name)), name)
 
 
@@ -48,18 +48,18 @@ def test_unknown_names_are_told_with_the_known_ones():
     with pytest.raises(InputError, match=r"no field is named 'range'.*Did you mean 'ranges'"):
         TYPES.make("sensor_msgs/msg/LaserScan", range=[1.0])
     with pytest.raises(InputError, match=r"no distribution of ROS 2 is named 'jazy'.*Did you mean 'jazzy'"):
-        MessageTypes("jazy")
+        TypeStore("jazy")
 
 
 def test_a_type_of_the_user_is_found_with_the_types_of_its_fields():
     texts = {"my_msgs/msg/Arm": "my_msgs/Joint[] joints\nstd_msgs/Header header", "my_msgs/msg/Joint": "float64 angle"}
-    types = MessageTypes("jazzy", texts.get)
+    types = TypeStore("jazzy", texts.get)
     arm = types.make("my_msgs/msg/Arm", joints=[{"angle": 0.5}])
     assert types.deserialize(types.serialize(arm), "my_msgs/msg/Arm").joints[0].angle == 0.5
     with pytest.raises(InputError, match=r"no message type is named 'my_msgs/msg/Leg'"):
         types.make("my_msgs/msg/Leg")
     with pytest.raises(InputError, match="the definition of 'my_msgs/msg/Bad' is faulty"):
-        MessageTypes("jazzy", {"my_msgs/msg/Bad": "float64 3 angle"}.get).message("my_msgs/msg/Bad")
+        TypeStore("jazzy", {"my_msgs/msg/Bad": "float64 3 angle"}.get).message("my_msgs/msg/Bad")
 
 
 @pytest.mark.parametrize("size", [0, 3, 4, 17, 100])
