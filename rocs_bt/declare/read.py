@@ -242,7 +242,9 @@ class _Reading:
         each = self.field
         if each.is_table:
             if not isinstance(value, dict):
-                table.fault(key, f"{key} must be a table, found {value!r}.", f"Write it as {key} = {{ ... }}.")
+                small = each.mark(Keys)  # all keys of such a table fit into the advice
+                inner = "..." if small is None else ", ".join(f"{of.key} = ..." for of in fields_of(small.cls))
+                table.fault(key, f"{key} must be a table, found {value!r}.", f"Write it as {key} = {{ {inner} }}.")
                 return self._harmless()
             return self._table(table.child(value, key, *path))
         if each.parts:
