@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Final, Literal, TypeVar
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 from ...base.errors import Fault, InputError, KnowledgeError
 from ...base.geometry import Pose2
@@ -30,6 +30,7 @@ from ...base.toml_table import Table, read_toml
 from ...base.toml_text import as_toml
 from ...base.units import ANGLE, LENGTH, NONE, Bounds, Dimension, Quantity, parse_unit
 from ...declare import (
+    Declared,
     InUnit,
     OneOf,
     Place,
@@ -83,32 +84,32 @@ def _is_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None and text not in WORDS
 
 
-class _Declared(Value):
+class _Keys(Declared):
     """Keys that kinds, relations and attributes have in common.
 
     Attributes:
         name: Name in the graph.
         doc: Description, one sentence.
-        made: Declaration made of the keys; None if a key has a fault.
     """
+
+    _declaration: Any = None  # made of the keys when these are checked; None if one has a fault
 
     name: Annotated[
         str, TableName(), Valid(_is_name, "a valid name", "Use small letters, digits and _, and no query keyword.")
     ]
     doc: str = ""
-    made: ClassVar[Any] = None
 
     def _check(self) -> Iterator[Wrong]:
         try:
-            vars(self)["made"] = self._make()
+            self._declaration = self._make()
         except KnowledgeError as error:
             yield Wrong(None, str(error))
 
     def _make(self) -> Any:
-        return None
+        raise NotImplementedError
 
 
-class AttributeKeys(_Declared):
+class AttributeKeys(_Keys):
     """Keys of an attribute.
 
     Attributes:
@@ -167,7 +168,7 @@ def _bare(word: str, unit: Dimension) -> Attribute:
     return Attribute(TYPES[word], POSE if word == "pose" else (unit,))
 
 
-class _WithAttributes(_Declared):
+class _WithAttributes(_Keys):
     """Keys that kinds and relations have in common.
 
     Attributes:
@@ -177,12 +178,12 @@ class _WithAttributes(_Declared):
     attributes: Mapping[str, AttributeKeys] = MappingProxyType({})
 
     def _check(self) -> Iterator[Wrong]:
-        sound = all(keys.made is not None for keys in self.attributes.values())
+        sound = all(keys._declaration is not None for keys in self.attributes.values())
         yield from super()._check() if sound else ()
 
     @property
     def _own(self) -> dict[str, Any]:
-        return values_of(self) | {"attributes": {name: keys.made for name, keys in self.attributes.items()}}
+        return values_of(self) | {"attributes": {name: keys._declaration for name, keys in self.attributes.items()}}
 
 
 class KindKeys(_WithAttributes):
@@ -276,10 +277,10 @@ class _Reader:
             self._add("relation", relation, self.relations, joined_relation, table)
 
     def _add(self, what: str, of: _WithAttributes, known: dict[str, Any], join: Any, table: Table) -> None:
-        if of.made is None:
+        if of._declaration is None:
             return
         try:
-            known[of.name] = join(known.get(of.name), of.made)
+            known[of.name] = join(known.get(of.name), of._declaration)
         except KnowledgeError as error:
             table.faults.append(Fault(str(error), *place_of(of)))
         paths = [(key,) for key in values_of(of) if has_key(of, key)] + [("attributes", key) for key in of.attributes]
