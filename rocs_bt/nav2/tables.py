@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final
 
 from ..plan.context import mission_of
-from ..trees.nodes import FAILURE, SUCCESS, Direction, Instant, Node, Outcome, Port
+from ..trees.nodes import FAILURE, SUCCESS, Direction, Instant, Node, Outcome, port_of
 from .lenient import Lenient, Served, Serviced, error_messages
 from .planning import route_planners
 from .poses import PosesText, PoseText, known, pose_of, robot_pose
@@ -122,7 +122,7 @@ class _BatteryLow(Battery):
         return SUCCESS if charge <= self.min_battery else FAILURE
 
 
-_RESET = {"reset_distance": Port.of(float, "diameter of the region [m]; in Nav2 the side of a square", default=1.0)}
+_RESET = {"reset_distance": port_of(float, "diameter of the region [m]; in Nav2 the side of a square", default=1.0)}
 _SELECTED: Final = ("Planner", "Controller", "Smoother", "GoalChecker", "ProgressChecker", "PathHandler")
 _HELPED: Final[Mapping[str, tuple[str, tuple[int, ...]]]] = {
     "Planner": ("ComputePathToPose or ComputePathThroughPoses", (200, 207, 208, 300, 307, 308)),
@@ -139,24 +139,24 @@ _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
     "ClearCostmapAroundRobot": ("Forgets obstacles of the robot's map around the robot.", _RESET),
     "ClearCostmapAroundPose": (
         "Forgets obstacles of the robot's map around a pose.",
-        {**_RESET, "pose": Port.of(PoseText, "centre of the region", default=None), "around_pose": True},
+        {**_RESET, "pose": port_of(PoseText, "centre of the region", default=None), "around_pose": True},
     ),
 }
-_TREE = {"behavior_tree": Port.of(str, "file of a behaviour tree; for a running Nav2 only", default="")}
+_TREE = {"behavior_tree": port_of(str, "file of a behaviour tree; for a running Nav2 only", default="")}
 _UNDOCK = {
-    "dock_type": Port.of(str, "plugin; for a running Nav2 only", default=""),
-    "max_undocking_time": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=30.0),
-    "success": Port.of(bool, "for a running Nav2 only", Direction.OUTPUT),
+    "dock_type": port_of(str, "plugin; for a running Nav2 only", default=""),
+    "max_undocking_time": port_of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=30.0),
+    "success": port_of(bool, "for a running Nav2 only", Direction.OUTPUT),
 }
 _DOCK = {
-    "use_dock_id": Port.of(bool, "whether a name, not a pose, gives the dock; for a running Nav2 only", default=True),
-    "dock_id": Port.of(str, "name of the dock; for a running Nav2 only", default=""),
-    "dock_pose": Port.of(PoseText, "pose of the dock; for a running Nav2 only", default=None),
-    "dock_type": Port.of(str, "plugin; for a running Nav2 only", default=""),
-    "max_staging_time": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=1000.0),
-    "navigate_to_staging_pose": Port.of(bool, "whether to drive there first; for a running Nav2 only", default=True),
-    "success": Port.of(bool, "for a running Nav2 only", Direction.OUTPUT),
-    "num_retries": Port.of(int, "for a running Nav2 only", Direction.OUTPUT),
+    "use_dock_id": port_of(bool, "whether a name, not a pose, gives the dock; for a running Nav2 only", default=True),
+    "dock_id": port_of(str, "name of the dock; for a running Nav2 only", default=""),
+    "dock_pose": port_of(PoseText, "pose of the dock; for a running Nav2 only", default=None),
+    "dock_type": port_of(str, "plugin; for a running Nav2 only", default=""),
+    "max_staging_time": port_of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=1000.0),
+    "navigate_to_staging_pose": port_of(bool, "whether to drive there first; for a running Nav2 only", default=True),
+    "success": port_of(bool, "for a running Nav2 only", Direction.OUTPUT),
+    "num_retries": port_of(int, "for a running Nav2 only", Direction.OUTPUT),
 }
 _LOW: Final = "SUCCESS if the signal `battery` is at most `min_battery`; FAILURE without the signal, or for a voltage."
 _LACKS: Final = "there is no {} without ROS; use ComputePathToPose and FollowPath"
@@ -166,20 +166,20 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         _NoService,
         0,
         "the robot's reflexes stay on, whatever the value of `enable`",
-        {"enable": Port.of(bool, "whether Nav2's collision monitor is on; for a running Nav2 only", default=True)},
+        {"enable": port_of(bool, "whether Nav2's collision monitor is on; for a running Nav2 only", default=True)},
     ),
     "IsBatteryCharging": (Battery, 0, Battery.why, {}),
     "NavigateToPose": (
         _NoServer,
         9001,
         _LACKS.format("navigator"),
-        {"goal": Port.of(PoseText, "goal", default="{goal}"), **_TREE},
+        {"goal": port_of(PoseText, "goal", default="{goal}"), **_TREE},
     ),
     "NavigateThroughPoses": (
         _NoServer,
         9101,
         _LACKS.format("navigator"),
-        {"goals": Port.of(PosesText, "goals", default="{goals}"), **_TREE},
+        {"goals": port_of(PosesText, "goals", default="{goals}"), **_TREE},
     ),
     "DockRobot": (_NoServer, 999, _LACKS.format("docking server"), _DOCK),
     "UndockRobot": (_NoServer, 999, _LACKS.format("docking server"), _UNDOCK),
@@ -188,10 +188,10 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         902,
         "no object is detected: there is no topic with its pose here; use FollowRobot",
         {
-            "pose_topic": Port.of(str, "topic; for a running Nav2 only", default="dynamic_pose"),
-            "max_duration": Port.of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=0.0),
-            "tracked_frame": Port.of(str, "frame; for a running Nav2 only", default=""),
-            "total_elapsed_time": Port.of(float, "for a running Nav2 only", Direction.OUTPUT),
+            "pose_topic": port_of(str, "topic; for a running Nav2 only", default="dynamic_pose"),
+            "max_duration": port_of(float, "maximum duration in Nav2 [s]; for a running Nav2 only", default=0.0),
+            "tracked_frame": port_of(str, "frame; for a running Nav2 only", default=""),
+            "total_elapsed_time": port_of(float, "for a running Nav2 only", Direction.OUTPUT),
         },
     ),
 }
@@ -202,8 +202,8 @@ def table_nodes() -> Iterator[type[Node]]:
     for camel in _SELECTED:
         what = re.sub(r"(?<=.)([A-Z])", r"_\1", camel).lower()
         ports: Mapping[str, Any] = {
-            f"default_{what}": Port.of(str, f"name of the {what.replace('_', ' ')}", default=""),
-            f"selected_{what}": Port.of(str, "the same", Direction.OUTPUT),
+            f"default_{what}": port_of(str, f"name of the {what.replace('_', ' ')}", default=""),
+            f"selected_{what}": port_of(str, "the same", Direction.OUTPUT),
             "what": what,
         }
         yield made_node(f"{camel}Selector", Selector, f"Writes `default_{what}` to `selected_{what}`.", ports)

@@ -12,7 +12,7 @@ from ..base.errors import Fault
 from ..base.units import NONE
 from ..declare import Field
 from ..interfaces.action import Action, make_action, misfits_of, parameters_of
-from ..trees.nodes import Leaf, Port
+from ..trees.nodes import Leaf
 from .act import MAX_PREEMPTIONS, Act
 from .context import MissionContext, mission_of
 
@@ -80,7 +80,7 @@ def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
 
 
 def _node(name: str, action: type[Action]) -> type[ActionNode]:
-    ports = {each.name: Port(_in_files(each)) for each in parameters_of(action).values() if each.is_plain}
+    ports = {each.name: _in_files(each) for each in parameters_of(action).values() if each.is_plain}
     members: dict[str, Any] = {"action": name, "tag": name, "__doc__": action.__doc__, "__module__": action.__module__}
     return type(name, (ActionNode,), {**ports, **members})
 

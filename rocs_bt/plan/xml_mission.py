@@ -13,7 +13,7 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.units import NONE
 from ..declare import MISSING, Field
 from ..interfaces.vocabulary import vocabulary_of
-from ..trees.nodes import Direction, Node, Port, Registry, SubTree, pointer
+from ..trees.nodes import Direction, Node, Port, Registry, SubTree, pointer, port_of
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
@@ -263,7 +263,7 @@ def port_value(port: ModelPort, text: str) -> Any:
     Raises:
         InputError: The text does not have the declared type.
     """
-    return Port.of(annotation(port), name=port.name).value(text)
+    return Port(port_of(annotation(port), name=port.name)).value(text)
 
 
 def defaults_of(document: Document, main: str) -> dict[str, Any]:

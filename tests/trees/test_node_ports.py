@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.units import PositiveCount, PositiveMetres
-from rocs_bt.trees.nodes import BUILTIN, InOut, Instant, Leaf, Output, Syntax, Tree
+from rocs_bt.trees.nodes import BUILTIN, InOut, Instant, Leaf, Output, Syntax, Tree, port_of
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.trees.xml import read_document, verify
 
@@ -121,6 +121,25 @@ class TestPorts:
             "count",
             "extra",
         ]
+
+    @pytest.mark.parametrize(("given", "times"), [({}, 1), ({"times": 3}, 3)])
+    def test_a_port_that_is_annotated_again_has_the_default_of_its_base_or_another(self, given, times):
+        more = type("More", (Greet,), {"__annotations__": {"times": Annotated[int, "how often"]}, **given})
+        assert (more.ports["times"].default, more.ports["times"].doc) == (times, "how often")
+        assert more("m", who="a").times == times
+
+    def test_a_class_that_a_program_makes_has_ports_in_its_members(self):
+        members = {"size": port_of(int, "how many", default=2), "member": port_of(int, name="if")}
+        one, two = (type(tag, (Instant,), {**members, "update": lambda self: SUCCESS}) for tag in ("One", "Two"))
+        assert [*one.ports] == [*two.ports] == ["size", "if"]
+        assert (two("t", **{"if": "7"}).size, one("o", size="3", **{"if": "7"}).member) == (2, 7)
+
+    @pytest.mark.parametrize("member", [lambda self: 2, property(lambda self: 2), classmethod(lambda cls: 2)])
+    def test_a_method_cannot_hide_a_port(self, member):
+        with pytest.raises(InputError, match=r"More has a port 'times' and a method of that name. Rename it"):
+            type("More", (Greet,), {"times": member})
+        with pytest.raises(InputError, match=r"Own has a port 'size' and a method of that name. Rename it"):
+            type("Own", (Leaf,), {"__annotations__": {"size": int}, "size": member})
 
 
 class TestSubTrees:

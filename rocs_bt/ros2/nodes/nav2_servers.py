@@ -14,7 +14,7 @@ from ...nav2.nodes import NAV2
 from ...nav2.servers import CANCELLED
 from ...nav2.tables import made_node
 from ...plan.action_node import ActionNode
-from ...trees.nodes import Direction, Node, Port
+from ...trees.nodes import Direction, Node, port_of
 from .nav2_actions import Nav2Action, Nav2Motion, Planning, Routing, Teleop
 from .nav2_messages import Nav2Caller
 from .nav2_services import Cancel, CheckPose, Nav2Service, RemoveGoals, Validate
@@ -26,19 +26,19 @@ def server_of(tag: str) -> str:
 
 
 _PLANNER: Final = {
-    "planner_id": Port.of(str, "name of a planner of Nav2; its default if empty", default=""),
-    "path": Port.of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
+    "planner_id": port_of(str, "name of a planner of Nav2; its default if empty", default=""),
+    "path": port_of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
 }
 _CORNERS: Final = {
-    "corners": Port.of(list, "path as corners, (x, y) in `frame` [m], as FollowRoute takes it", Direction.OUTPUT)
+    "corners": port_of(list, "path as corners, (x, y) in `frame` [m], as FollowRoute takes it", Direction.OUTPUT)
 }
 _ROUTE: Final = {
     "planner_id": None,
     "start": NAV2["ComputePathToPose"].ports["start"],
-    "start_id": Port.of(int, "number of the start node", default=0),
-    "goal_id": Port.of(int, "number of the goal node", default=0),
-    "route": Port.of(Any, "route, as nav2_msgs/Route; empty after a failure", Direction.OUTPUT),
-    "path": Port.of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
+    "start_id": port_of(int, "number of the start node", default=0),
+    "goal_id": port_of(int, "number of the goal node", default=0),
+    "route": port_of(Any, "route, as nav2_msgs/Route; empty after a failure", Direction.OUTPUT),
+    "path": port_of(Any, "path, as nav_msgs/Path; empty after a failure", Direction.OUTPUT),
 }
 _SMOOTH: Final = {"inputs": {"path": "unsmoothed_path"}, "outputs": {"smoothed_path": "path"}}
 _CLEAR: Final = "Clears one of Nav2's costmaps, or a part of it."

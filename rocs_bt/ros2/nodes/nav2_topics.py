@@ -11,7 +11,7 @@ from ...nav2.nodes import NAV2
 from ...nav2.poses import list_of, pose_of
 from ...nav2.tables import Battery, Selector, made_node
 from ...plan.context import MissionContext, mission_of
-from ...trees.nodes import FAILURE, SUCCESS, Node, Outcome, Port, Syntax
+from ...trees.nodes import FAILURE, SUCCESS, Node, Outcome, Syntax, port_of
 from ...trees.nodes.control.navigation import PauseResumeController as Pausing
 from ..ros_link import NO_LINK, RosLink
 from .nav2_messages import STAMPED, stamped_message
@@ -172,7 +172,7 @@ def _triggered(name: str) -> Open:
 def _selector(tag: str) -> type[Node]:
     default = NAV2[tag].tag.removesuffix("Selector")
     topic = "".join(f"_{c.lower()}" if c.isupper() else c for c in default).strip("_") + "_selector"
-    port = Port.of(str, "topic with the name, latched", Syntax(parse_name), default=topic)
+    port = port_of(str, "topic with the name, latched", Syntax(parse_name), default=topic)
     what = f"Writes the last text of `topic_name` to its output; the default before there is one. ({default})"
     return made_node(tag, _Selector, what, {**_own(tag), "topic_name": port}, __name__)
 
@@ -182,7 +182,7 @@ def _own(tag: str) -> dict[str, Any]:
     return {**NAV2[tag].ports, **({"what": what} if what else {})}
 
 
-_BATTERY: Final = {"battery_topic": Port.of(str, "topic with the state", Syntax(parse_name), default="/battery_status")}
+_BATTERY: Final = {"battery_topic": port_of(str, "topic with the state", Syntax(parse_name), default="/battery_status")}
 _LOW: Final = "SUCCESS if the percentage (0 to 1) or voltage is at most `min_battery`; FAILURE before a message."
 _CHARGES: Final = "SUCCESS if the battery is charging; FAILURE before a message."
 

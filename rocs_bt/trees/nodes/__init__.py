@@ -19,6 +19,7 @@ from .port import (
     Syntax,
     pointed,
     pointer,
+    port_of,
 )
 from .registry import BUILTIN, Registry, children_faults, nodes_of
 from .runtime import Runtime, Watch
@@ -58,4 +59,5 @@ __all__ = [
     "nodes_of",
     "pointed",
     "pointer",
+    "port_of",
 ]

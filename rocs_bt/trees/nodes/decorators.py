@@ -12,7 +12,7 @@ from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted
 from .family import Decorator, counted_text, halt, no_outcome
-from .port import ConditionText, Direction, InOut, Port, Syntax, key_name
+from .port import ConditionText, Direction, InOut, Syntax, key_name, port_of
 
 
 class _Counted(Decorator):
@@ -159,7 +159,7 @@ class _Loop(Decorator):
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
     """Create a loop class."""
-    value = Port.of(item, "current item", Direction.OUTPUT)
+    value = port_of(item, "current item", Direction.OUTPUT)
     doc = f"Loop over {what}. {_Loop.__doc__}"
     return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
 

@@ -95,17 +95,13 @@ class Port:
     """
 
     def __init__(self, declared: Field) -> None:
+        self.declared, self.name = declared, declared.key.rstrip("_")
         self.direction = declared.mark(Direction) or Direction.INPUT
         needs_none = declared.required and self.direction is Direction.OUTPUT
-        self.declared = declared = replace(declared, default=None) if needs_none else declared
-        self.name, self.default = declared.key.rstrip("_"), declared.default
+        self.default = None if needs_none else declared.default
         self.dimension = declared.dimension if declared.parts else declared.mark(Dimension)
         self.kind, self.syntax = self._kind(), declared.mark(Syntax)
         self._limited = bool(declared.mark(Bounds) or declared.options)
-
-    def __set_name__(self, owner: type[Any], attribute: str) -> None:
-        if not self.name:
-            Port.__init__(self, replace(self.declared, name=attribute, key=attribute))
 
     def __get__(self, node: Any, owner: type[Any]) -> Any:
         return self if node is None else node.read(self.name)
@@ -113,27 +109,10 @@ class Port:
     def __set__(self, node: Any, value: Any) -> None:
         node.write(self.name, value)
 
-    @classmethod
-    def of(cls, kind: Any, *marks: Any, default: Any = MISSING, name: str = "") -> Port:
-        """Port of a class that a program makes: `Port.of(int, "number of rounds", default=1)`.
-
-        Args:
-            kind: Type of the values, possibly with marks.
-            marks: Marks of the annotation, such as a description.
-            default: Default of the port.
-            name: Name of the port, if it is not that of the member of the class.
-        """
-        declared = Field.annotated(name, kind, default, object)
-        return cls(replace(declared, marks=(*declared.marks, *marks)))
-
-    def with_default(self, default: Any) -> Port:
-        """The port with another default."""
-        return Port(replace(self.declared, default=default))
-
     @property
     def required(self) -> bool:
         """Whether a file must give a value."""
-        return self.declared.required
+        return self.default is MISSING
 
     @property
     def doc(self) -> str:
@@ -207,21 +186,48 @@ class Port:
         return read_value(each, values if each.many else values[0])
 
 
+def port_of(kind: Any, *marks: Any, default: Any = MISSING, name: str = "") -> Field:
+    """Member of a class that a program makes, which declares a port: `port_of(int, "number of rounds", default=1)`.
+
+    Args:
+        kind: Type of the values, possibly with marks.
+        marks: Marks of the annotation, such as a description.
+        default: Default of the port.
+        name: Name of the port, if it is not that of the member.
+    """
+    declared = Field.annotated(name, kind, default, object)
+    return replace(declared, marks=(*declared.marks, *marks))
+
+
 def declared_ports(cls: type[Any]) -> dict[str, Port]:
-    """Ports that a class declares by its annotations, or gives another default, by attribute."""
-    found = {each.name: Port(each) for each in own_fields(cls)}
-    for attribute, value in vars(cls).items():
-        known = None if attribute in found else _inherited(cls, attribute)
-        if isinstance(value, Port):
-            found[attribute] = value
-        elif known is not None and not callable(value) and not hasattr(value, "__get__"):
-            found[attribute] = known.with_default(value)
+    """Ports that a class declares by its annotations or members, or gives another default, by attribute.
+
+    Raises:
+        TreeError: A method or property has the name of a port.
+    """
+    own = {each.name: each for each in own_fields(cls)}
+    found = dict[str, Port]()
+    for attribute in {**own, **vars(cls)}:
+        member, inherited = vars(cls).get(attribute, MISSING), _inherited(cls, attribute)
+        if isinstance(member, Port):
+            found[attribute] = member
+        elif isinstance(member, Field):
+            found[attribute] = Port(replace(member, name=attribute, key=attribute) if not member.name else member)
+        elif (declared := own.get(attribute, inherited)) is None:
+            continue
+        elif hasattr(member, "__get__"):
+            hint = f"Rename it; '{attribute}' is a port, which a node reads and writes as an attribute."
+            raise TreeError(Fault(f"{cls.__name__} has a port '{attribute}' and a method of that name.", hint=hint))
+        else:
+            default = member if member is not MISSING or inherited is None else inherited.default
+            found[attribute] = Port(replace(declared, default=default))
     return found
 
 
-def _inherited(cls: type[Any], attribute: str) -> Port | None:
+def _inherited(cls: type[Any], attribute: str) -> Field | None:
+    """Declaration of the port that an attribute of the bases of a class is; None if it is none."""
     of = next((vars(base)[attribute] for base in cls.__mro__[1:] if attribute in vars(base)), None)
-    return of if isinstance(of, Port) else None
+    return of.declared if isinstance(of, Port) else None
 
 
 def _script(text: str) -> str:

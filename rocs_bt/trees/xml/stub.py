@@ -9,7 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 from ...base.errors import Fault, InputError
-from ..nodes import BUILTIN, CONDITIONS, Direction, Leaf, Node, Port
+from ...declare import Field
+from ..nodes import BUILTIN, CONDITIONS, Direction, Leaf, Node, port_of
 from ..script import ScriptError, parse_script
 from ..status import SUCCESS, Outcome
 from .document import Document
@@ -45,12 +46,12 @@ def lenient_stub(element: Element, document: Document) -> type[Node]:
     """Create a stub class for an element with a node class that is unknown or rejects the element."""
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)
-    ports: dict[str, Port] = {}
+    ports: dict[str, Field] = {}
     for each in model.ports.values() if model is not None else ():
-        ports[each.name] = Port.of(Any, each.direction, each.doc, default=each.default, name=each.name)
+        ports[each.name] = port_of(Any, each.direction, each.doc, default=each.default, name=each.name)
     for name in _ports_given(element):
         if name not in ports:
-            ports[name] = Port.of(Any, Direction.INOUT, default=None, name=name)
+            ports[name] = port_of(Any, Direction.INOUT, default=None, name=name)
     base = LenientStubWithChildren if element.children else LenientStub
     kind = "Control" if len(element.children) > 1 else "Decorator" if element.children else "Action"
     members = {f"port {name}": port for name, port in ports.items()}  # no identifier, so no clash with attributes
@@ -144,16 +145,16 @@ def _declared(model: Model) -> type[Node]:
     return _class(StubWithChildren if above else Stub, model.name, model.kind, ports, int(above), most)
 
 
-def _declared_port(port: ModelPort) -> Port:
+def _declared_port(port: ModelPort) -> Field:
     hint: Any = Any
     with contextlib.suppress(InputError):  # an unknown type accepts every value
         hint = annotation(port) if port.type and "::" not in port.type.replace("std::string", "") else Any
-    return Port.of(hint, port.direction, port.doc, default=port.default or None, name=port.name)
+    return port_of(hint, port.direction, port.doc, default=port.default or None, name=port.name)
 
 
 def _undeclared(tag: str, elements: Iterable[Element]) -> type[Node]:
     names = dict.fromkeys(name for element in elements for name in _ports_given(element))
-    ports: dict[str, Port] = {f"port {name}": Port.of(Any, Direction.INOUT, default=None, name=name) for name in names}
+    ports: dict[str, Field] = {f"port {name}": port_of(Any, Direction.INOUT, default=None, name=name) for name in names}
     above = any(element.children for element in elements)
     kind = "Control" if above else "Action"
     return _class(LenientStubWithChildren if above else LenientStub, tag, kind, ports, 0, None if above else 0)
@@ -165,7 +166,7 @@ def _ports_given(element: Element) -> Iterator[str]:
 
 
 def _class(
-    base: type[Node], tag: str, kind: str, ports: Mapping[str, Port], least: int, most: int | None
+    base: type[Node], tag: str, kind: str, ports: Mapping[str, Field], least: int, most: int | None
 ) -> type[Node]:
     members = {**ports, "tag": tag, "kind": kind, "min_children": least, "max_children": most, "__module__": __name__}
     return type(tag, (base,), members)

@@ -12,7 +12,7 @@ from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ...value import Enums, from_string, to_string
 from ..family import Control, halt
-from ..port import Port
+from ..port import port_of
 
 
 class _Branch(Control):
@@ -197,7 +197,7 @@ def same(left: str, right: str, enums: Enums) -> bool:
 
 
 def _switch(cases: int) -> type[_Switch]:
-    ports = {f"case_{i}": Port.of(str, f"value that selects child {i}", default=None) for i in range(1, cases + 1)}
+    ports = {f"case_{i}": port_of(str, f"value that selects child {i}", default=None) for i in range(1, cases + 1)}
     members: dict[str, Any] = {
         **ports,
         "cases": cases,
