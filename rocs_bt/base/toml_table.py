@@ -35,7 +35,7 @@ class KnownKey(NamedTuple):
     Attributes:
         kind: Kind of the value, such as `a text` or `a quantity [m]`; empty if the reader takes any value.
         options: Valid values; empty if there are others.
-        default: Value without the key; None if there is none, or if the key is required.
+        default: Value without the key, as a file has it; None if there is none to name.
         required: Whether the key must be given.
         doc: Description.
     """

@@ -149,15 +149,20 @@ def parse_unit(text: str) -> Quantity:
     return Quantity(factor, dimension)
 
 
-def parse_quantity(text: str) -> Quantity:
+def parse_quantity(text: str, wanted: Dimension | None = None) -> Quantity:
     """Parse a quantity such as `0.5 m`, `-60 deg`, `20 Hz`, or `3`, which has no dimension.
+
+    Args:
+        text: The quantity.
+        wanted: Dimension of the example in the advice.
 
     Raises:
         UnitError: The text has no number or an unknown unit.
     """
     match = _NUMBER.match(text)
     if match is None:
-        raise UnitError(Fault(f"'{text}' is not a quantity.", hint="Write a number and its unit, such as '0.5 m'."))
+        hint = f"Write a number and its unit, such as '0.5 {wanted or 'm'}'."
+        raise UnitError(Fault(f"'{text}' is not a quantity.", hint=hint))
     unit = parse_unit(text[match.end() :])
     return Quantity(float(match[1]) * unit.value, unit.dimension)
 
@@ -183,7 +188,7 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
                 hint=f'Write "{value} {dimension}" or another unit of the same dimension.',
             )
         )
-    quantity = parse_quantity(value)
+    quantity = parse_quantity(value, dimension)
     if quantity.dimension != dimension and dimension == NONE:
         raise UnitError(Fault(f"{what} has no unit, found '{value}'.", hint="Write a number without a unit."))
     if quantity.dimension != dimension:

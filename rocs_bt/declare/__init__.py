@@ -41,7 +41,7 @@ from .open import NOWHERE, Open, Place, has_key, place_of
 from .read import Kind, names_of, note_twice, read, read_key, read_root, rows_in
 from .schema import json_schema
 from .values import checked, read_arguments, read_fields, read_value, read_values, refuse_faults
-from .write import data_of
+from .write import data_of, known_key
 
 __all__ = [
     "MISSING",
@@ -79,6 +79,7 @@ __all__ = [
     "has_key",
     "json_schema",
     "keys_of",
+    "known_key",
     "names_of",
     "note_twice",
     "options_of",

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
 from ..base.errors import Fault, InputError, did_you_mean
-from ..base.toml_table import KnownKey, Table
+from ..base.toml_table import Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
 from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Registered, Rest, SetByPrograms, TableName, Valid
 from .open import Open
@@ -143,11 +143,6 @@ class Field:
         number = self.hint in (float, Quantity)
         one, more = (f"a quantity{unit}", f"quantities{unit}") if number else _words(self)
         return {"list": f"a list of {more}", "named": f"a table of {more}", "": one}[self.many]
-
-    @functools.cached_property
-    def known(self) -> KnownKey:
-        """The field as editors show it."""
-        return KnownKey(self.words, self.options, None if self.required else self.default, self.required, self.doc)
 
     @functools.cached_property
     def options(self) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, convert, par
 from .fields import Declared, Field, Scope, fields_of
 from .marks import Content, InFile, InUnit, Keys, Kinds, Names, ReadBy, Registered, Rest, SetByPrograms, Valid, Word
 from .open import Open
+from .write import known_key
 
 D = TypeVar("D", bound=Declared)
 
@@ -136,7 +137,7 @@ class _Reading:
         each, table = self.field, self.table
         if not each.is_key:
             return self._no_key()
-        table.known[self.key] = each.known
+        table.known[self.key] = known_key(each)
         if self.key in table:
             before = len(table.faults)
             found = self._many(table.data[self.key])

@@ -8,7 +8,7 @@ from typing import Any
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, units_of
 from .fields import Declared, Field, fields_of, summary_of
 from .marks import InFile, InUnit, Keys, Kinds, ReadBy, Registered, Rest, Word
-from .write import written
+from .write import written_default
 
 _NUMBER = r"[+-]?(inf|\d+(\.\d*)?([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?)"
 _TYPES = {str: "string", bool: "boolean", int: "integer"}
@@ -54,8 +54,7 @@ def _value(each: Field, needed: bool) -> dict[str, Any]:
         one = {"type": "object", "additionalProperties": one}
     if (word := each.mark(Word)) is not None:
         one = {"anyOf": [{"const": word.text}, one]}
-    plain = isinstance(each.default, (bool, int, str)) or (isinstance(each.default, float) and isfinite(each.default))
-    one |= {"default": written(each, each.default)} if plain else {}
+    one |= {} if (default := written_default(each)) is None else {"default": default}
     return one | ({"description": each.doc} if each.doc else {})
 
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from ..base.toml_table import KnownKey
 from ..base.units import NONE, Dimension, parse_unit
 from .fields import Declared, Field, fields_of, given_of
 from .marks import InFile, InUnit, Keys, Names, ReadBy, Registered, Rest, Word
@@ -42,6 +44,19 @@ def written(each: Field, value: Any) -> Any:
     if each.many == "named":
         return {name: _one(each, one) for name, one in value.items()}
     return _one(each, value)
+
+
+def known_key(each: Field) -> KnownKey:
+    """A field as editors show it."""
+    return KnownKey(each.words, each.options, written_default(each), each.required, each.doc)
+
+
+def written_default(each: Field) -> Any:
+    """Default of a field as a file has it, such as `0.5 s`; None if there is none that a file can have."""
+    is_plain = isinstance(each.default, (bool, int, str)) or (
+        isinstance(each.default, float) and isfinite(each.default)
+    )
+    return written(each, each.default) if is_plain else None
 
 
 def _one(each: Field, value: Any) -> Any:

@@ -12,7 +12,7 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.toml_table import Table
 from ..base.units import NOT_NEGATIVE, TIME, Dimension, convert
 from ..base.words import listed
-from ..declare import Declared, Field, Open, Place, place_of, read_key
+from ..declare import Declared, Field, Open, Place, known_key, place_of, read_key
 from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, evaluate, parse
 from ..interfaces.action import Action, misfits_of, parameters_of
 from ..knowledge import Knowledge
@@ -183,7 +183,7 @@ def read_arguments(
     for key, each in parameters_in(reader, keys, actions).items():
         for table in (own, fallbacks):
             table.faults = reader.faults
-            table.known[key] = each.known
+            table.known[key] = known_key(each)
         if key in own:
             arguments[key] = _argument(reader, own, fallbacks, each, keys)
         elif key in fallbacks:

@@ -98,7 +98,7 @@ def test_descriptions(yard):
     assert describe(file, text, text.index("what to do")) is None
     scenario = (yard / "scenarios" / "first.toml").read_text("utf-8")
     key = describe(yard / "scenarios" / "first.toml", scenario, scenario.index("duration") + 1)
-    assert (key.detail, key.doc) == ("a quantity [s], default 60.0", "Time limit of the episode [s].")
+    assert (key.detail, key.doc) == ("a quantity [s], default 60 s", "Time limit of the episode [s].")
 
 
 def test_definitions(yard):

@@ -195,16 +195,24 @@ class TestClocks:
         assert peers.sharing["R0"].clock.ahead == 0.0
         assert peers.sharing["R0"].counts.malformed == 1
 
-    def test_a_word_that_is_older_than_time_and_turns_like_mad_breaks_nothing(self):
+    @staticmethod
+    def pose_of_a_moving_peer(speed, turn_rate, age):
+        """Pose of a peer that was at the origin so many seconds ago, as another one knows it."""
         peers = world.Peers(2).start()
-        state = {"pose": [0.0, 0.0, 0.0], "speed": 1.7e308, "turn_rate": 1.7e308}
+        state = {"pose": [0.0, 0.0, 0.0], "speed": speed, "turn_rate": turn_rate}
         said = [Entry(("M",), "peer", NOW, "M#1", 1)]
         said += [
             Entry(("M", "peer", name), value, NOW + i, "M#1", 2 + i) for i, (name, value) in enumerate(state.items())
         ]
-        told(peers, "R1", delta(*said, ages=[1e300] * 4))
+        told(peers, "R1", delta(*said, ages=[age] * 4))
         peers.turn(3)
-        pose = peers.knowledge["R1"].graph.attributes("M").get("pose") if peers.knowledge["R1"].graph.has("M") else None
+        return peers.knowledge["R1"].graph.attributes("M").get("pose") if peers.knowledge["R1"].graph.has("M") else None
+
+    def test_a_peer_is_where_its_motion_has_taken_it_since_its_word(self):
+        assert self.pose_of_a_moving_peer(1.0, math.pi / 2, 1.0) == pytest.approx((2 / math.pi, 2 / math.pi, math.pi / 2))
+
+    def test_a_word_that_is_older_than_time_and_turns_like_mad_breaks_nothing(self):
+        pose = self.pose_of_a_moving_peer(1.7e308, 1.7e308, 1e300)
         assert pose is None or all(map(math.isfinite, pose))
 
 

@@ -274,6 +274,15 @@ class TestAgeing:
         latest = peers.sharing["R0"].replica.value(("R1", "peer", "pose"))
         assert latest[0] < 0.05 * 100 - 0.35  # the word itself is that old
 
+    def test_a_robot_whose_agent_has_ended_stands_for_its_peers(self, peers):
+        told_pose(peers, "R1", 2.0, speed=1.0)
+        peers.turn(2)
+        graph = peers.knowledge["R0"].graph
+        assert graph.get("R1", "speed") == 1.0
+        peers.sharing["R1"].halt(peers.clock.now())
+        peers.sharing["R0"].run(peers.clock.now())
+        assert graph.get("R1", "speed") == 0.0
+
     def test_the_height_of_a_robot_that_has_one_is_shared_with_its_pose(self, peers):
         told_pose(peers, "R1", 2.0)
         peers.knowledge["R1"].signals.update({"height": [1.25]}, peers.clock.now())

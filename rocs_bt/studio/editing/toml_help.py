@@ -157,8 +157,8 @@ def _pattern(key: KnownKey) -> str:
 
 
 def _detail(key: KnownKey) -> str:
-    default = "" if key.default in (None, "", [], {}) else f"default {key.default}"
-    need = "required" if key.required else default
+    default = str(key.default).lower() if isinstance(key.default, bool) else str(key.default)
+    need = "required" if key.required else "" if key.default in (None, "") else f"default {default}"
     options = f"one of {', '.join(key.options)}" if key.options else ""
     return ", ".join(filter(None, (key.kind or "any value", options, need)))
 

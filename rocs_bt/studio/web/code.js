@@ -100,7 +100,7 @@ export class Code {
     this.chosen = 0;
     const take = (i) => (event) => { event.preventDefault(); this.take(i); };
     this.list.replaceChildren(...this.items.map((item, i) => (
-      el("li", { role: "option", title: item.doc, onmousedown: take(i) }, el("span", {}, item.label), el("small", {}, item.detail))
+      el("li", { role: "option", onmousedown: take(i) }, el("span", {}, item.label), el("small", {}, item.detail), el("p", {}, item.doc))
     )));
     const before = text.slice(0, this.items[0].start).split("\n"), width = 7.83;
     this.list.style.top = `${before.length * LINE + 8 - this.area.scrollTop}px`;
