@@ -209,7 +209,8 @@ class TestClocks:
         return peers.knowledge["R1"].graph.attributes("M").get("pose") if peers.knowledge["R1"].graph.has("M") else None
 
     def test_a_peer_is_where_its_motion_has_taken_it_since_its_word(self):
-        assert self.pose_of_a_moving_peer(1.0, math.pi / 2, 1.0) == pytest.approx((2 / math.pi, 2 / math.pi, math.pi / 2))
+        radius, quarter = 2 / math.pi, math.pi / 2
+        assert self.pose_of_a_moving_peer(1.0, quarter, 1.0) == pytest.approx((radius, radius, quarter))
 
     def test_a_word_that_is_older_than_time_and_turns_like_mad_breaks_nothing(self):
         pose = self.pose_of_a_moving_peer(1.7e308, 1.7e308, 1e300)

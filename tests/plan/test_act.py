@@ -151,6 +151,19 @@ def test_too_many_reflexes_without_progress_are_stuck_with_the_reflex_and_its_re
     assert mind.rig.knowledge.world.pursued() is None
 
 
+def test_an_action_that_failed_during_a_reflex_does_not_wait_for_its_end(mind, goal):
+    leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=0)
+    mind.start(leaf)
+    mind.run(2)
+    mind.rig.pipeline.hold(True)
+    mind.rig.submit(Flinch(speed=-0.3), by="rules/Flinch", priority=type(leaf.ticket.priority).HIGH)
+    assert mind.rig.pipeline.blocked
+    mind.run(2)
+    assert leaf.failure.reason is Reason.STUCK
+    assert mind.rig.pipeline.held
+    assert not mind.rig.pipeline.blocked
+
+
 def test_reflexes_with_progress_in_between_are_not(mind, goal):
     leaf = mind.mission.act("GoTo", goal=goal, max_preemptions=3)
     plan = mind.start(leaf)
