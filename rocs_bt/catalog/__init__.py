@@ -6,9 +6,7 @@ receive the loaded objects.
 
 from ..base.python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import CachingCatalog, Catalog
-from .copying import copy_content
-from .device_spec import ActuatorSpec, SensorSpec
-from .entry import (
+from .content_kinds import (
     IDENTIFIED,
     KINDS,
     PATTERNS,
@@ -22,6 +20,8 @@ from .entry import (
     make_entry,
     shipped_root,
 )
+from .copying import copy_content
+from .device_spec import ActuatorSpec, SensorSpec
 from .finder import Finder
 from .mission_catalog import MissionCatalog
 from .perturbation import Perturbation, parse_perturbation, perturbed, read_perturbations

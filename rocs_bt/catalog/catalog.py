@@ -15,7 +15,7 @@ from ..base.toml_table import Table, read_toml
 from ..declare import place_of
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
-from .entry import Entry, content_hash, make_entry, scan
+from .content_kinds import Entry, content_hash, make_entry, scan
 from .finder import kept
 from .inherit import merged_with_base
 from .mission_catalog import MissionCatalog

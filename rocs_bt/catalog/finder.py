@@ -14,7 +14,7 @@ from ..base.errors import Fault, InputError, UnknownName, unknown
 from ..base.files import confined, is_file
 from ..base.python_content import is_reference, load_class, load_module
 from ..base.toml_text import as_data, as_toml
-from .entry import KINDS, Entry, by_name, confine_name, find_project, is_path, make_entry, scan, shipped_root
+from .content_kinds import KINDS, Entry, by_name, confine_name, find_project, is_path, make_entry, scan, shipped_root
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")

@@ -11,7 +11,7 @@ from ..base.errors import Fault, InputError
 from ..base.files import is_file
 from ..base.python_content import classes_in, guarded, is_reference, load_module, texts_in
 from ..interfaces.vocabulary import vocabulary_of
-from .entry import TREES, Entry, make_entry
+from .content_kinds import TREES, Entry, make_entry
 from .finder import Finder, kept
 
 

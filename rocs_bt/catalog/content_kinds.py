@@ -1,4 +1,4 @@
-"""Table of the kinds of content, `KINDS`, and entries of the content folders: names, files and hashes."""
+"""Kinds of content, `KINDS`: one row each; and the entries of the content folders: names, files and hashes."""
 
 from __future__ import annotations
 
