@@ -7,12 +7,12 @@ from ..devices.host import Host
 from .command import Control, RunCommand
 from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
-from .options import Build, LiveView, RunOptions
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
 from .run import Run
 from .run_files import RECORDING, REPORT, SUMMARY
+from .run_options import Build, LiveView, RunOptions
 from .run_result import RunResult
 from .simulated_stage import SimulatedStage
 from .sink_thread import SinkThread

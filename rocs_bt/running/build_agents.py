@@ -19,7 +19,7 @@ from ..interfaces.device import Sensor
 from ..plan import CheckOptions, Plan, mission_actions
 from ..plan.mission_texts import nodes_in
 from ..simulation.random_streams import stream
-from .options import Build
+from .run_options import Build
 
 
 def load_controller(

@@ -31,8 +31,8 @@ from ..simulation.outcome import Judge
 from .build_agents import build_agents
 from .episode import brake
 from .hardware_services import RobotService, ServicePlace, WatchedClock, services_of
-from .options import RunOptions
 from .preflight import Preflight, PreflightTopic, preflight_sensors
+from .run_options import RunOptions
 
 
 class HardwareStage:

@@ -28,7 +28,7 @@ from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap
 from ..simulation.fact_schedule import fact_schedules
 from .build_agents import worldless_agents
 from .memory import recall
-from .options import Build
+from .run_options import Build
 from .swaps import SwapSchedule, controlled_swaps, swapped_content
 
 _NOT_OF_AGENTS: tuple[type[Event], ...] = (

@@ -25,9 +25,9 @@ from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
 from .header import guards_of, plain_header, with_scenery, without_world
 from .memory import Memory
-from .options import RunOptions
 from .requirements import requirement_faults
 from .run_files import RunFiles
+from .run_options import RunOptions
 from .run_record import RunRecord
 from .run_result import RunResult
 from .simulated_stage import SimulatedStage

@@ -26,7 +26,7 @@ from ..simulation.scripted_object import ScriptedObject
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
 from .episode import EpisodeAgent, brake
-from .options import Build, RunOptions
+from .run_options import Build, RunOptions
 
 _PAUSE = "pause of the run"  # source of the holds
 

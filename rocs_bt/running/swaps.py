@@ -19,7 +19,7 @@ from ..record.header import SWAP_FORM
 from ..trees.error import TreeError
 from ..trees.nodes import Node
 from .build_agents import worldless_agents
-from .options import Build
+from .run_options import Build
 
 _SAME = 1e-9  # [s]
 
