@@ -103,9 +103,9 @@ class Oracle:
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Get the ground-truth map."""
-        if "ground" not in task.privileged:
+        if "floor" not in task.privileged:
             raise InputError(Fault("an oracle needs a scene with a ground-truth map.", hint="Use a family."))
-        self._robot, self._grid, self._path = Vehicle(task), task.privileged["ground"].grid(0.05), None
+        self._robot, self._grid, self._path = Vehicle(task), task.privileged["floor"].grid(0.05), None
 
     def act(self, observation: Observation) -> list[float] | None:
         """Steer along the path, which is computed at the first call."""

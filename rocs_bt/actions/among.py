@@ -15,7 +15,7 @@ from ..control.way_field import WayField
 from ..event import PathPlanned
 from ..interfaces.action import Action, Body
 from ..knowledge import Movers
-from .ground import known_speed
+from .known_ground import known_speed
 from .path_drive import PathDrive
 
 NEAR = 7.0

@@ -9,7 +9,7 @@ from typing import Annotated
 from ..base.geometry import Pose2, Twist2
 from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
 from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
-from .ground import known_bend, known_speed
+from .known_ground import known_bend, known_speed
 from .room import Gaps, bend_off, corner_sweep
 from .turn import TurnAngle
 

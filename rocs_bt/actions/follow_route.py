@@ -16,8 +16,8 @@ from ..control.path import Path
 from ..control.space_time import SIDES, Manners
 from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .among import Among
-from .ground import known_speed
 from .heading import ALONG
+from .known_ground import known_speed
 from .path_action import Height, PathAction
 from .pose import GoalAction, goal_pose, goal_tolerance
 

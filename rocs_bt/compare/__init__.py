@@ -8,8 +8,8 @@ from .building import Building, TaskFamily
 from .comparison import Comparison
 from .episode import FamilyScene, ScenarioScene, scenes_of
 from .family import Family, Scene, goal_scenario, load_family, position, quantity
+from .floor import Floor
 from .floor_grid import shortest_cells
-from .ground import Ground
 from .obstacle import Block, Post, length_of, walls_around
 from .people import PeopleFamily, TrafficFamily, Walk, one_of
 from .run_sweep import SweepOptions, sweep
@@ -21,7 +21,7 @@ __all__ = [
     "Comparison",
     "Family",
     "FamilyScene",
-    "Ground",
+    "Floor",
     "PeopleFamily",
     "Post",
     "ScenarioScene",

@@ -14,7 +14,7 @@ from ..base.errors import InputError
 from ..base.geometry import Pose2
 from ..base.units import PositiveCount, PositiveMetres
 from .family import Family, goal_scenario, position, quantity
-from .ground import Ground
+from .floor import Floor
 from .obstacle import Block, Point, Post, walls_around
 
 WALL_THICKNESS, LEAF_THICKNESS = 0.1, 0.06
@@ -104,14 +104,14 @@ class Building:
         """Name of the door of a doorway."""
         return f"door_{door[0]}_{door[1]}"
 
-    def ground(self) -> Ground:
+    def floor(self) -> Floor:
         """Floor and walls with doorways; a scene adds the door leaves."""
         wide, deep = self.columns * self.side, self.rows * self.side
-        ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
-        ground.obstacles += walls_around((0.0, 0.0), (wide, deep), thickness=WALL_THICKNESS)
+        floor = Floor((-0.5, -0.5), (wide + 0.5, deep + 0.5))
+        floor.obstacles += walls_around((0.0, 0.0), (wide, deep), thickness=WALL_THICKNESS)
         for door in self.doors():
-            ground.obstacles += self._wall(door)
-        return ground
+            floor.obstacles += self._wall(door)
+        return floor
 
     def leaf(self, door: Door, *, closed: bool) -> Block:
         """Leaf of a door: in the doorway if `closed`, else beside it."""

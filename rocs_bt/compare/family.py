@@ -22,7 +22,7 @@ from ..base.python_content import running_class
 from ..base.toml_text import as_toml
 from ..catalog import Catalog
 from ..declare import Value, read_values, values_of
-from .ground import Ground
+from .floor import Floor
 from .obstacle import Point, length_of
 
 C = TypeVar("C", bound=Catalog)
@@ -38,13 +38,13 @@ class Scene:
     Attributes:
         scenario: Content of the scenario file: dicts, lists, texts, numbers and booleans; quantities are texts with
             units. The key `world` contains the scene's name, such as `barn_like-17`.
-        ground: Floor and obstacles, from which the world file is generated.
+        floor: Floor and obstacles, from which the world file is generated.
         difficulty: Difficulty measures by name; the family's class defines each with its unit.
         reference: Corners of a shortest path from start to goal for the robot's inscribed circle [m].
     """
 
     scenario: Mapping[str, Any]
-    ground: Ground
+    floor: Floor
     difficulty: Mapping[str, float] = field(default_factory=dict)
     reference: Sequence[Point] = ()
 
@@ -66,12 +66,12 @@ class Scene:
     @cached_property
     def world(self) -> str:
         """Text of the world file, MJCF."""
-        return self.ground.world(self.name, str(self.scenario.get("doc", "")))
+        return self.floor.world(self.name, str(self.scenario.get("doc", "")))
 
     @property
     def privileged(self) -> dict[str, Any]:
         """Ground-truth information that only oracle planners get."""
-        return {"ground": self.ground, "reference": self.reference}
+        return {"floor": self.floor, "reference": self.reference}
 
     def added_to(self, catalog: C) -> C:
         """Copy of a catalog that also contains this scene."""

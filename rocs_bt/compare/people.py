@@ -16,7 +16,7 @@ from ..base.geometry import Pose2
 from ..base.units import Count, PositiveMetres, PositiveMetresPerSecond
 from ..simulation.people import LEG_OFFSET
 from .family import Family, Scene, goal_scenario, position, quantity
-from .ground import Ground
+from .floor import Floor
 from .obstacle import Point, Post, walls_around
 
 MOTIONS = ("polite", "mixed", "blind")
@@ -78,7 +78,7 @@ class Walk:
         legs = [Post(f"{name}_{of}", x + s * aside[0], y + s * aside[1], _LEG, _HEIGHT / 2.0) for of, s in sides]
         return [Post(name, x, y, self.radius, _HEIGHT, solid=not legs), *legs]
 
-    def free(self, ground: Ground, robot: Point, others: Sequence[Walk]) -> bool:
+    def free(self, floor: Floor, robot: Point, others: Sequence[Walk]) -> bool:
         """Whether the start is away from robot, posts and others, and a blind walk from posts on all of its way."""
         if math.dist(self.start, robot) < _FROM_ROBOT + self.radius:
             return False
@@ -86,7 +86,7 @@ class Walk:
             return False
         aside = self.deviation if self.blind else 0.0
         line = [self.start, self.end if self.blind else self.start]
-        return ground.clearance(line) > self.radius + aside + 0.1
+        return floor.clearance(line) > self.radius + aside + 0.1
 
 
 class TrafficFamily(Family, ABC):
@@ -117,10 +117,10 @@ class TrafficFamily(Family, ABC):
                 raise InputError(f"{name} must be at least {least:g} m in {self.name}, found {found:g} m.")
         switch(self.middle, "middle")
 
-    def hall(self) -> Ground:
+    def hall(self) -> Floor:
         """Floor with four walls; the corner in the south-west is the origin."""
         outside = (self.long + 0.5, self.wide + 0.5)
-        return Ground((-0.5, -0.5), outside, walls_around((0.0, 0.0), (self.long, self.wide)))
+        return Floor((-0.5, -0.5), outside, walls_around((0.0, 0.0), (self.long, self.wide)))
 
     def fitting(self, what: str, sample: Callable[[], T], fits: Callable[[T], bool]) -> T:
         """The first sample that fits.
@@ -136,7 +136,7 @@ class TrafficFamily(Family, ABC):
     def traffic(
         self,
         rng: np.random.Generator,
-        ground: Ground,
+        floor: Floor,
         start: Point,
         count: int,
         walk: Callable[[np.random.Generator, int], Walk],
@@ -145,7 +145,7 @@ class TrafficFamily(Family, ABC):
 
         Args:
             rng: Random stream of the scene.
-            ground: Floor with its obstacles.
+            floor: Floor with its obstacles.
             start: Start of the robot [m].
             count: Number of walks.
             walk: Function that samples the walk with an index.
@@ -156,7 +156,7 @@ class TrafficFamily(Family, ABC):
         made: list[Walk] = []
         for index in range(count):
             one = self.fitting(
-                f"{count} {self.bodies}", partial(walk, rng, index), lambda w: w.free(ground, start, made)
+                f"{count} {self.bodies}", partial(walk, rng, index), lambda w: w.free(floor, start, made)
             )
             made.append(one)
         return made
@@ -166,14 +166,14 @@ class TrafficFamily(Family, ABC):
         return ((start[0] + goal[0]) / 2.0, (start[1] + goal[1]) / 2.0) if self.middle else start
 
     def traffic_scene(
-        self, index: int, doc: str, ground: Ground, start: Point, goal: Point, walks: Sequence[Walk]
+        self, index: int, doc: str, floor: Floor, start: Point, goal: Point, walks: Sequence[Walk]
     ) -> Scene:
         """Scene with an index: the robot drives from start to goal [m] while others walk."""
-        path = ground.grid(0.1).shortest(start, goal, _DISC)
+        path = floor.grid(0.1).shortest(start, goal, _DISC)
         if path is None:
             raise InputError(f"{self.scene_name(index)} has no path for a robot of radius {_DISC} m; make it wider.")
         named = [(f"P{i}", walk) for i, walk in enumerate(walks)]
-        ground.actors += [body for name, walk in named for body in walk.bodies(name)]
+        floor.actors += [body for name, walk in named for body in walk.bodies(name)]
         begin = Pose2(*start, 0.0)
         scenario = goal_scenario(self, self.scene_name(index), doc, begin, goal, tolerance=0.5, duration=90.0)
         difficulty = {
@@ -183,7 +183,7 @@ class TrafficFamily(Family, ABC):
             "length": path.length,
         }
         actors = [table for name, walk in named for table in walk.actors(name)]
-        return Scene(scenario | {"actor": actors}, ground, difficulty, path.points)
+        return Scene(scenario | {"actor": actors}, floor, difficulty, path.points)
 
 
 class PeopleFamily(TrafficFamily, ABC):

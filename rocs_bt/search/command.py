@@ -142,7 +142,7 @@ def _listed(draft: Draft) -> list[str]:
     from ..compare import Post
 
     lines = [f"start {_at(draft.start)}, goal {_at(draft.goal)}"]
-    static = {obstacle.name: obstacle for obstacle in draft.ground.obstacles}
+    static = {obstacle.name: obstacle for obstacle in draft.floor.obstacles}
     for name, position in list(draft.obstacles.items())[:_LISTED]:
         obstacle = static.get(name)
         if obstacle is None:

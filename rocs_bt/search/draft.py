@@ -12,8 +12,8 @@ from typing import Any
 
 from ..compare.episode import GeneratedScene
 from ..compare.family import Scene, position
+from ..compare.floor import Floor
 from ..compare.floor_grid import GridPath
-from ..compare.ground import Ground
 from ..compare.obstacle import Block, Point, Post
 
 CELL = 0.05  # [m] cell size of the path search
@@ -44,7 +44,7 @@ class Draft:
         for table in (*scenario["agent"], *scenario.get("actor", [])):
             table.pop("jitter", None)
         scenario["agent"][0]["robot"] = robot or scenario["agent"][0]["robot"]
-        return Draft(Scene(scenario, scene.ground))
+        return Draft(Scene(scenario, scene.floor))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Draft) and self.scene_ref == other.scene_ref
@@ -65,9 +65,7 @@ class Draft:
     @cached_property
     def obstacles(self) -> Mapping[str, Point]:
         """Position of each obstacle, and start position of each actor (door, person, robot) [m], by name."""
-        found = {
-            obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.actors)
-        }
+        found = {obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._floor.obstacles, *self._floor.actors)}
         return found | {actor["name"]: _point(actor) for actor in self._scenario.get("actor", [])}
 
     @property
@@ -91,32 +89,32 @@ class Draft:
         return len(self._scenario.get("place", [])) == 1 and not self._scenario.get("fact")
 
     @cached_property
-    def ground(self) -> Ground:
+    def floor(self) -> Floor:
         """Static obstacles on a floor that extends 2 m beyond everything; without actors."""
         points = [*self.obstacles.values(), self.start, self.goal]
         low, high = (tuple(f(p[axis] for p in points) + d for axis in (0, 1)) for f, d in ((min, -2.0), (max, 2.0)))
-        return Ground((low[0], low[1]), (high[0], high[1]), self._ground.obstacles)
+        return Floor((low[0], low[1]), (high[0], high[1]), self._floor.obstacles)
 
     def shortest_path(self, radius: float) -> GridPath | None:
         """Shortest path of a disc with this radius [m] from start to goal; None if there is none."""
-        return self.ground.grid(CELL).shortest(self.start, self.goal, radius)
+        return self.floor.grid(CELL).shortest(self.start, self.goal, radius)
 
     def without(self, names: Collection[str]) -> Draft:
         """Draft without some obstacles or actors."""
         actors = [actor for actor in self._scenario.get("actor", []) if actor["name"] not in names]
         obstacles, bodies = (
             [obstacle for obstacle in each if obstacle.name not in names]
-            for each in (self._ground.obstacles, self._ground.actors)
+            for each in (self._floor.obstacles, self._floor.actors)
         )
-        ground = replace(self._ground, obstacles=obstacles, actors=bodies)
-        return Draft(Scene({**self._scenario, "actor": actors}, ground))
+        floor = replace(self._floor, obstacles=obstacles, actors=bodies)
+        return Draft(Scene({**self._scenario, "actor": actors}, floor))
 
     def between(self, start: Point, goal: Point) -> Draft:
         """Draft with another start and goal [m]."""
         scenario = copy.deepcopy(dict(self._scenario))
         scenario["agent"][0] |= position(start)
         _goal(scenario).update(position(goal))
-        return Draft(Scene(scenario, self._ground))
+        return Draft(Scene(scenario, self._floor))
 
     def rounded(self, step: float, degrees: float, names: Collection[str]) -> Draft:
         """Draft with numbers rounded to multiples of a step.
@@ -133,17 +131,17 @@ class Draft:
             table |= {key: _simpler(value, step, degrees) for key, value in table.items() if key != "tolerance"}
         obstacles, bodies = (
             [_simpler_obstacle(obstacle, step, degrees) if obstacle.name in names else obstacle for obstacle in each]
-            for each in (self._ground.obstacles, self._ground.actors)
+            for each in (self._floor.obstacles, self._floor.actors)
         )
-        return Draft(Scene(scenario, replace(self._ground, obstacles=obstacles, actors=bodies)))
+        return Draft(Scene(scenario, replace(self._floor, obstacles=obstacles, actors=bodies)))
 
     @property
     def _scenario(self) -> Mapping[str, Any]:
         return self.scene.scenario
 
     @property
-    def _ground(self) -> Ground:
-        return self.scene.ground
+    def _floor(self) -> Floor:
+        return self.scene.floor
 
 
 def _goal(scenario: Mapping[str, Any]) -> dict[str, Any]:

@@ -150,7 +150,7 @@ def point_along(points: tuple[Point, ...], length: float) -> Point:
 
 def _clearance(draft: Draft, point: Point) -> float:
     """Distance from a point to the nearest static obstacle, measured on a grid [m]."""
-    grid = draft.ground.grid(CELL)
+    grid = draft.floor.grid(CELL)
     return float(grid.clearances()[grid.cell_at(point)])
 
 
@@ -159,5 +159,5 @@ def _distance(draft: Draft) -> float:
 
 
 def _apart(draft: Draft) -> float:
-    standing = {obstacle.name for obstacle in draft.ground.obstacles}
+    standing = {obstacle.name for obstacle in draft.floor.obstacles}
     return min((math.dist(p, draft.start) for n, p in draft.obstacles.items() if n not in standing), default=math.inf)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario, length_of, shortest_cells
+from rocs_bt.compare import Family, Floor, Post, Scene, goal_scenario, length_of, shortest_cells
 
 Field = npt.NDArray[np.bool_]
 Point = tuple[float, float]
@@ -47,18 +47,18 @@ class BarnLike(Family):
             for r, c in np.argwhere(field & (neighbours(field, False) < 8)).tolist()
         ]
         posts = [*corridor(), *standing]
-        ground = Ground((-6.5, -1.0), (2.0, 15.0), list(posts))
+        floor = Floor((-6.5, -1.0), (2.0, 15.0), list(posts))
         length = length_of(path)
         difficulty = {
             "cylinders": float(sum(post.y > 5.0 for post in posts)),
             "length": length,
-            "clearance": ground.clearance(path),
+            "clearance": floor.clearance(path),
             "detour": length / dist(path[0], path[-1]),
         }
         name = self.scene_name(index)
         doc = f"Through a field of {difficulty['cylinders']:.0f} cylinders without a map, to a goal behind it."
         scenario = goal_scenario(self, name, doc, START, GOAL, tolerance=1.0, duration=100.0)
-        return Scene(scenario, ground, difficulty, tuple(path))
+        return Scene(scenario, floor, difficulty, tuple(path))
 
 
 def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:

@@ -34,8 +34,8 @@ class BlockedDoors(TaskFamily):
                 break
         times = sorted(rng.uniform(0.5, max(self.until, 0.6), len(closed)).tolist())
         closing = list(zip(closed, times, strict=True))
-        ground, path = building.ground(), building.path(last.rooms)
-        ground.actors += [building.leaf(door, closed=False) for door in closed]
+        floor, path = building.floor(), building.path(last.rooms)
+        floor.actors += [building.leaf(door, closed=False) for door in closed]
         updates = [
             {"node": building.door_name(d), "at": quantity(at, "s"), "open": False}
             for d, at in closing
@@ -48,4 +48,4 @@ class BlockedDoors(TaskFamily):
         }
         length = length_of(path)
         difficulty = {"detour": length / first.length, "doors": float(len(closed)), "first": times[0]}
-        return Scene(scenario, ground, {"length": length, **difficulty}, path)
+        return Scene(scenario, floor, {"length": length, **difficulty}, path)

@@ -37,7 +37,7 @@ class ClosedEdges(TaskFamily):
         scenario = self.task(index, doc, path) | {"fact": facts, "requirement": [obeys]}
         length = length_of(path)
         difficulty = {"length": length, "detour": length / first.length, "closed": float(len(closed))}
-        return Scene(scenario, building.ground(), difficulty, path)
+        return Scene(scenario, building.floor(), difficulty, path)
 
 
 def forbidden(building: Building, closed: list[tuple[int, int]]) -> str:

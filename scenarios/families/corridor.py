@@ -35,14 +35,14 @@ class Corridor(PeopleFamily):
     def scene(self, index: int) -> Scene:
         """Generate the scene with an index."""
         rng = self.rng(index)
-        ground = self.hall()
+        floor = self.hall()
         if self.encounter == "door":
-            ground.obstacles += self.doorway()
+            floor.obstacles += self.doorway()
         goal = (self.long - 1.0, self.wide / 2.0)
         start = self.begin((1.0, self.wide / 2.0), goal)
-        walks = self.traffic(rng, ground, start, self.people, self.along)
+        walks = self.traffic(rng, floor, start, self.people, self.along)
         doc = f"Along a corridor with {self.people} people: {self.encounter}."
-        return self.traffic_scene(index, doc, ground, start, goal, walks)
+        return self.traffic_scene(index, doc, floor, start, goal, walks)
 
     def doorway(self) -> list[Block]:
         """The two parts of a wall across the corridor, with a doorway between them."""

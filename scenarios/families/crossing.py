@@ -22,11 +22,11 @@ class Crossing(PeopleFamily):
     def scene(self, index: int) -> Scene:
         """Generate the scene with an index."""
         rng = self.rng(index)
-        ground = self.hall()
+        floor = self.hall()
         y, to_y = rng.uniform(0.4 * self.wide, 0.6 * self.wide, 2).tolist()
         start, goal = self.begin((1.0, y), (self.long - 1.0, to_y)), (self.long - 1.0, to_y)
-        walks = self.traffic(rng, ground, start, self.people, self.across)
-        return self.traffic_scene(index, f"Along a hall that {self.people} people cross.", ground, start, goal, walks)
+        walks = self.traffic(rng, floor, start, self.people, self.across)
+        return self.traffic_scene(index, f"Along a hall that {self.people} people cross.", floor, start, goal, walks)
 
     def across(self, rng: np.random.Generator, index: int) -> Walk:
         """Sample a person's walk from one long wall to the other; each person has a lane of its own."""

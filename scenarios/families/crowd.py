@@ -33,11 +33,11 @@ class Crowd(PeopleFamily):
         rng = self.rng(index)
         goal = (self.long - 1.0, self.across(rng))
         start = self.begin((1.0, self.across(rng)), goal)
-        ground = self.hall()
-        ground.obstacles += self.pillars(rng, start)
+        floor = self.hall()
+        floor.obstacles += self.pillars(rng, start)
         people = max(round(DENSITIES[self.density] * self.long * self.wide), 1)
-        walks = self.traffic(rng, ground, start, people, self.through)
-        return self.traffic_scene(index, f"Through a hall in which {people} people walk.", ground, start, goal, walks)
+        walks = self.traffic(rng, floor, start, people, self.through)
+        return self.traffic_scene(index, f"Through a hall in which {people} people walk.", floor, start, goal, walks)
 
     def across(self, rng: np.random.Generator) -> float:
         """Sample a position between the long walls [m]."""

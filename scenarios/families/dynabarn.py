@@ -39,12 +39,12 @@ class Dynabarn(TrafficFamily):
     def scene(self, index: int) -> Scene:
         """Generate the scene with an index."""
         rng = self.rng(index)
-        ground = self.hall()
+        floor = self.hall()
         goal = (self.long - 1.0, float(rng.uniform(2.0, self.wide - 2.0)))
         start = self.begin((1.0, float(rng.uniform(2.0, self.wide - 2.0))), goal)
-        walks = self.traffic(rng, ground, start, LEVELS[self.level][0], self.curve)
+        walks = self.traffic(rng, floor, start, LEVELS[self.level][0], self.curve)
         doc = f"Through a field of {len(walks)} cylinders on random curves."
-        return self.traffic_scene(index, doc, ground, start, goal, walks)
+        return self.traffic_scene(index, doc, floor, start, goal, walks)
 
     def curve(self, rng: np.random.Generator, _: int) -> Walk:
         """Sample a cylinder's curve through the field."""

@@ -5,7 +5,7 @@ from math import atan2, dist, pi
 import numpy as np
 
 from rocs_bt import Count, InputError, Pose2, PositiveMetres, PositiveMetresPerSecond
-from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, position, quantity, walls_around
+from rocs_bt.compare import Block, Family, Floor, Scene, goal_scenario, position, quantity, walls_around
 
 RADIUS = 0.3  # [m] every scene has a path for a disc of this radius
 
@@ -34,11 +34,11 @@ class Exp1Family(Family):
             start, goal = (tuple(rng.uniform(-half + 0.5, half - 0.5, 2).tolist()) for _ in range(2))
             if dist(start, goal) < 0.45 * self.side:
                 continue
-            ground = Ground(
+            floor = Floor(
                 (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
             )
-            others = self.place_objects(ground, rng, start, goal)
-            path = ground.grid(0.05).shortest(start, goal, RADIUS)
+            others = self.place_objects(floor, rng, start, goal)
+            path = floor.grid(0.05).shortest(start, goal, RADIUS)
             if others is not None and path is not None:
                 break
         else:
@@ -58,12 +58,12 @@ class Exp1Family(Family):
             "boxes": float(self.boxes),
             "wanderers": float(self.wanderers),
         }
-        return Scene(scenario, ground, difficulty, path.points)
+        return Scene(scenario, floor, difficulty, path.points)
 
     def place_objects(
-        self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
+        self, floor: Floor, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
     ) -> list[tuple[float, float]] | None:
-        """Add boxes to the ground and sample start positions of the wanderers [m]; None if they do not fit."""
+        """Add boxes to the floor and sample start positions of the wanderers [m]; None if they do not fit."""
         half, placed = self.side / 2.0, list[tuple[float, float]]()
         for i in range(self.boxes):
             if i == 0:  # near the straight line, like the box in the paper
@@ -75,7 +75,7 @@ class Exp1Family(Family):
                 return None
             placed.append((x, y))
             size = rng.uniform(0.3, 0.6, 2).tolist()
-            ground.obstacles.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
+            floor.obstacles.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
         others = [tuple(rng.uniform(-half + 0.6, half - 0.6, 2).tolist()) for _ in range(self.wanderers)]
         taken = [start, goal, *placed]
         for i, point in enumerate(others):

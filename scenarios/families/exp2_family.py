@@ -3,7 +3,7 @@
 from math import atan2, dist, pi
 
 from rocs_bt import Count, InputError, Pose2, PositiveMetres, PositiveMetresPerSecond
-from rocs_bt.compare import Family, Ground, Scene, goal_scenario, position, quantity, walls_around
+from rocs_bt.compare import Family, Floor, Scene, goal_scenario, position, quantity, walls_around
 
 
 class Exp2Family(Family):
@@ -33,7 +33,7 @@ class Exp2Family(Family):
         else:
             raise InputError(f"{self.wanderers} wanderers do not fit into {self.side} m.")
         name, doc = self.scene_name(index), "EXP2: drive to a place and stay there, random start and place."
-        ground = Ground(
+        floor = Floor(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )
         wanderers = [
@@ -65,4 +65,4 @@ class Exp2Family(Family):
         length = dist(start, goal)
         difficulty = {"length": length, "wanderers": float(self.wanderers), "density": self.wanderers / self.side**2}
         path = ((start[0], start[1]), (goal[0], goal[1]))
-        return Scene(scenario, ground, difficulty, path)
+        return Scene(scenario, floor, difficulty, path)

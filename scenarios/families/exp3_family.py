@@ -4,7 +4,7 @@ from math import atan2, dist, pi
 from typing import Any
 
 from rocs_bt import InputError, PositiveMetres, PositiveMetresPerSecond
-from rocs_bt.compare import Family, Ground, Scene, length_of, position, quantity, walls_around
+from rocs_bt.compare import Family, Floor, Scene, length_of, position, quantity, walls_around
 
 NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
 
@@ -39,7 +39,7 @@ class Exp3Family(Family):
         else:
             raise InputError(f"three robots and four places do not fit into {self.side} m.")
         name, doc = self.scene_name(index), "EXP3: R visits four random places, R3 follows it, and W1 wanders."
-        ground = Ground(
+        floor = Floor(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )
         path = (start, *goals)
@@ -50,7 +50,7 @@ class Exp3Family(Family):
         difficulty = {"length": length_of(path), "turning": sum(turns)}
         root = {"format": "scenario/2", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
         scenario = root | self.tables(path, follower, wanderer, float(rng.uniform(-pi, pi)))
-        return Scene(scenario, ground, difficulty, path)
+        return Scene(scenario, floor, difficulty, path)
 
     def tables(
         self,

@@ -44,4 +44,4 @@ class LowBattery(TaskFamily):
         scenario["fact"] = [*building.facts(), {**task, "deadline": by}]
         length = length_of(path)
         difficulty = {"length": length, "detour": length / direct.length, "report": reported, "remaining": remaining}
-        return Scene(scenario, building.ground(), difficulty, path)
+        return Scene(scenario, building.floor(), difficulty, path)

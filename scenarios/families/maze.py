@@ -5,7 +5,7 @@ from math import dist, pi
 import numpy as np
 
 from rocs_bt import Count, InputError, Pose2, PositiveCount, PositiveMetres
-from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, walls_around
+from rocs_bt.compare import Block, Family, Floor, Scene, goal_scenario, walls_around
 
 WALL = 0.1  # [m] thickness
 STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
@@ -30,9 +30,9 @@ class Maze(Family):
         """Generate the scene with an index."""
         rng = self.rng(index)
         open_ = self.passages(rng)
-        ground = self.ground(open_)
+        floor = self.floor(open_)
         start, goal = self.middle((0, 0)), self.middle((self.rows - 1, self.columns - 1))
-        path = ground.grid(0.05).shortest(start, goal, 0.32)
+        path = floor.grid(0.05).shortest(start, goal, 0.32)
         if path is None:
             raise InputError(f"cells of {self.cell} m are too narrow for a robot of radius 0.32 m.")
         name, doc = self.scene_name(index), f"A maze of {self.columns} x {self.rows} cells, without a map."
@@ -47,7 +47,7 @@ class Maze(Family):
             "dead_ends": float(exits.count(1)),
             "turns": float(len(path.points) - 2),
         }
-        return Scene(scenario, ground, difficulty, path.points)
+        return Scene(scenario, floor, difficulty, path.points)
 
     def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
         """Sample the passages: ordered pairs of neighbouring cells (row, column) without a wall between them."""
@@ -72,7 +72,7 @@ class Maze(Family):
             open_ |= {(a, b), (b, a)}
         return open_
 
-    def ground(self, open_: set[tuple[tuple[int, int], tuple[int, int]]]) -> Ground:
+    def floor(self, open_: set[tuple[tuple[int, int], tuple[int, int]]]) -> Floor:
         """Outer walls, and walls between cells without a passage."""
         wide, high = self.columns * self.cell, self.rows * self.cell
         obstacles = walls_around((0.0, 0.0), (wide, high))
@@ -83,7 +83,7 @@ class Maze(Family):
                     obstacles.append(Block(f"v{r}_{c}", x + self.cell / 2.0, y, WALL, self.cell + WALL))
                 if r + 1 < self.rows and ((r, c), (r + 1, c)) not in open_:
                     obstacles.append(Block(f"h{r}_{c}", x, y + self.cell / 2.0, self.cell + WALL, WALL))
-        return Ground((-0.5, -0.5), (wide + 0.5, high + 0.5), obstacles)
+        return Floor((-0.5, -0.5), (wide + 0.5, high + 0.5), obstacles)
 
     def middle(self, cell: tuple[int, int]) -> tuple[float, float]:
         """Centre of a cell [m]."""

@@ -40,4 +40,4 @@ class MovedGoals(TaskFamily):
         }
         goal = building.middle(goals[0])
         scenario = self.task(index, doc, path, ahead=goal, goal=goal) | {"fact": facts}
-        return Scene(scenario, building.ground(), difficulty, path)
+        return Scene(scenario, building.floor(), difficulty, path)

@@ -5,7 +5,7 @@ from math import dist, pi
 import numpy as np
 
 from rocs_bt import Count, InputError, Pose2, PositiveCount, PositiveMetres
-from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario
+from rocs_bt.compare import Block, Family, Floor, Post, Scene, goal_scenario
 
 WALL = 0.1  # [m] thickness
 ROOMY = 0.32  # [m] every scene has a path for a disc of this radius
@@ -29,11 +29,11 @@ class Office(Family):
         """Generate the scene with an index."""
         for attempt in range(200):
             rng = self.rng(index, f"attempt {attempt}")
-            ground, doors = self.walls(rng)
+            floor, doors = self.walls(rng)
             side, other = rng.permutation(2 * self.rooms)[:2].tolist()
             start, goal = self.middle(side), self.middle(other)
-            self.furnish(ground, rng, (start, goal))
-            if (path := ground.grid(0.05).shortest(start, goal, ROOMY)) is not None:
+            self.furnish(floor, rng, (start, goal))
+            if (path := floor.grid(0.05).shortest(start, goal, ROOMY)) is not None:
                 break
         else:
             raise InputError(f"no sampled office of these sizes has a path for a robot of radius {ROOMY} m.")
@@ -44,51 +44,51 @@ class Office(Family):
             "length": path.length,
             "clearance": path.clearance,
             "detour": path.length / dist(start, goal),
-            "things": float(len(ground.obstacles)),
+            "things": float(len(floor.obstacles)),
             "doorway": min(doors[side], doors[other]),
         }
-        return Scene(scenario, ground, difficulty, path.points)
+        return Scene(scenario, floor, difficulty, path.points)
 
-    def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
+    def walls(self, rng: np.random.Generator) -> tuple[Floor, list[float]]:
         """Sample the walls: an office without furniture, and the width of each room's doorway [m], south side first."""
         long, high = self.rooms * self.width, 0.5 * self.corridor + self.depth
-        ground = Ground((-0.5, -high - 0.5), (long + 0.5, high + 0.5))
+        floor = Floor((-0.5, -high - 0.5), (long + 0.5, high + 0.5))
         doors = []
         for row, sign in enumerate((-1.0, 1.0)):
             near, far = sign * 0.5 * self.corridor, sign * high
-            ground.obstacles.append(Block(f"outer{row}", long / 2.0, far, long + WALL, WALL))
+            floor.obstacles.append(Block(f"outer{row}", long / 2.0, far, long + WALL, WALL))
             for i in range(self.rooms + 1):
                 y, length = (0.5 * (near + far), self.depth) if 0 < i < self.rooms else (far / 2.0, high)
-                ground.obstacles.append(Block(f"between{row}_{i}", i * self.width, y, WALL, length))
+                floor.obstacles.append(Block(f"between{row}_{i}", i * self.width, y, WALL, length))
             for i in range(self.rooms):
                 opening = float(rng.uniform(0.9, 1.3))
                 first = i * self.width + float(rng.uniform(0.3, self.width - opening - 0.3))
                 doors.append(opening)
                 for part, (a, b) in enumerate(((i * self.width, first), (first + opening, (i + 1) * self.width))):
-                    ground.obstacles.append(Block(f"door{row}_{i}_{part}", 0.5 * (a + b), near, b - a, WALL))
-        return ground, doors
+                    floor.obstacles.append(Block(f"door{row}_{i}_{part}", 0.5 * (a + b), near, b - a, WALL))
+        return floor, doors
 
     def middle(self, room: int) -> tuple[float, float]:
         """Centre of a room [m]."""
         row, i = divmod(room, self.rooms)
         return (i + 0.5) * self.width, (-1.0, 1.0)[row] * 0.5 * (self.corridor + self.depth)
 
-    def furnish(self, ground: Ground, rng: np.random.Generator, free: tuple[tuple[float, float], ...]) -> None:
+    def furnish(self, floor: Floor, rng: np.random.Generator, free: tuple[tuple[float, float], ...]) -> None:
         """Add desks and posts to the rooms, and some to the corridor, away from positions that must be free."""
         for room in range(2 * self.rooms):
             x0, y0 = self.middle(room)
             for i in range(self.furniture):
                 x = x0 + float(rng.uniform(-0.5, 0.5)) * (self.width - 0.8)
                 y = y0 + float(rng.uniform(-0.5, 0.5)) * (self.depth - 0.8)
-                self.add(ground, rng, f"thing{room}_{i}", x, y, free)
+                self.add(floor, rng, f"thing{room}_{i}", x, y, free)
         for i in range(self.rooms // 2):
             x = float(rng.uniform(0.5, self.rooms * self.width - 0.5))
             y = float(rng.choice([-1.0, 1.0])) * (0.5 * self.corridor - 0.3)
-            self.add(ground, rng, f"corridor_{i}", x, y, free)
+            self.add(floor, rng, f"corridor_{i}", x, y, free)
 
     def add(
         self,
-        ground: Ground,
+        floor: Floor,
         rng: np.random.Generator,
         name: str,
         x: float,
@@ -99,7 +99,7 @@ class Office(Family):
         if any(dist((x, y), point) < 1.1 for point in free):
             return
         if rng.random() < 0.5:
-            ground.obstacles.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))
+            floor.obstacles.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))
         else:
             length, width = (float(v) for v in rng.uniform((0.3, 0.3), (1.2, 0.7)))
-            ground.obstacles.append(Block(name, x, y, length, width, float(rng.uniform(0.0, pi))))
+            floor.obstacles.append(Block(name, x, y, length, width, float(rng.uniform(0.0, pi))))

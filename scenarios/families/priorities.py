@@ -51,7 +51,7 @@ class Priorities(TaskFamily):
         scenario = self.task(index, doc, path, ahead=building.middle(spots[0]), agent={"success": success})
         scenario |= {"duration": "180 s", "place": [*scenario["place"], *places], "fact": facts}
         difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "report": reported, "slack": slack}
-        return Scene(scenario, building.ground(), difficulty, path)
+        return Scene(scenario, building.floor(), difficulty, path)
 
 
 def best_tour(building: Building, start: int, rooms: list[int], home: int) -> tuple[int, ...]:

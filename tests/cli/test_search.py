@@ -11,7 +11,7 @@ import pytest
 BARE = '''"""Nothing but a goal."""
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
+from rocs_bt.compare import Family, Floor, Post, Scene, goal_scenario
 
 
 class Bare(Family):
@@ -20,10 +20,10 @@ class Bare(Family):
     robot: str = "pioneer_p3dx"
 
     def scene(self, index):
-        ground = Ground((-2.0, -2.0), (2.0, 2.0), [Post("post", 1.5, 1.5, 0.1)])
+        floor = Floor((-2.0, -2.0), (2.0, 2.0), [Post("post", 1.5, 1.5, 0.1)])
         name = self.scene_name(index)
         scenario = goal_scenario(self, name, "Bare.", Pose2(0.0, 0.0), (1.5, 0.0), tolerance=0.2, duration=1.0)
-        return Scene(scenario, ground)
+        return Scene(scenario, floor)
 '''
 
 

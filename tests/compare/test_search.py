@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rocs_bt import Pose2
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import CachingCatalog, Catalog
-from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, load_family
+from rocs_bt.compare import Block, Floor, Post, Scene, Store, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
 from rocs_bt.control.footprint import Footprint
@@ -30,7 +30,7 @@ BODY = Footprint(0.5, 0.4)
 FAMILY = '''"""Posts here and there, and one in the way."""
 
 from rocs_bt import Pose2
-from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
+from rocs_bt.compare import Family, Floor, Post, Scene, goal_scenario
 from rocs_bt.base.units import PositiveMetres
 
 
@@ -44,15 +44,15 @@ class Posts(Family):
 
     def scene(self, index):
         rng = self.rng(index)
-        ground = Ground((-3.0, -3.0), (3.0, 3.0))
-        ground.obstacles += [Post(f"p{i}", x, 2.5, 0.1) for i, x in enumerate(rng.uniform(-2, 2, self.posts).tolist())]
+        floor = Floor((-3.0, -3.0), (3.0, 3.0))
+        floor.obstacles += [Post(f"p{i}", x, 2.5, 0.1) for i, x in enumerate(rng.uniform(-2, 2, self.posts).tolist())]
         if self.blocked:
-            ground.obstacles.append(Post("middle", float(rng.uniform(0.1, 0.2)), 0.03, self.size))
+            floor.obstacles.append(Post("middle", float(rng.uniform(0.1, 0.2)), 0.03, self.size))
         name = self.scene_name(index)
         scenario = goal_scenario(
             self, name, "Posts.", Pose2(-1.0, 0.0, 0.0), (1.1, 0.0), tolerance=0.2, duration=3.0
         )
-        return Scene(scenario, ground)
+        return Scene(scenario, floor)
 '''
 
 
@@ -93,7 +93,7 @@ def sought(yard, planner="tree_no_reflexes", fixed=None, executor=None, store=No
 def scene_of(obstacles, start=(-2.0, 0.0), goal=(2.0, 0.0), actors=()):
     driver = load_family(Catalog(), "exp1_family")
     scenario = goal_scenario(driver, "made", "Made.", Pose2(*start, 0.1234), goal, tolerance=0.1, duration=5.0)
-    return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(actors)))
+    return Scene(scenario, Floor((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(actors)))
 
 
 class OutcomeDecided(Player):
@@ -166,7 +166,7 @@ def test_things_that_only_matter_together_are_told_from_all_others():
 def test_numbers_become_as_simple_as_the_failure_allows():
     draft = Draft.of(scene_of([Post("post", 0.4321, 1.2345, 0.1234)]), "small", "Small.")
     left, _ = shrunk(draft, lambda d: "post" in d.obstacles and abs(d.obstacles["post"][0] - 0.4321) < 0.05)
-    (post,) = left.ground.obstacles
+    (post,) = left.floor.obstacles
     assert (post.x, post.y, post.radius) == (0.4, 1.2, 0.1)  # 0.4 is the coarsest; a post is rounded as one
     assert left.scene.scenario["agent"][0]["yaw"] == "0 deg"
 
@@ -186,7 +186,7 @@ def test_nobody_ends_in_a_thing_and_no_scripted_actor_begins_on_the_start():
     left, player = shrunk(draft, lambda d: len(d.obstacles) == 2)
     fair = Fairness.of(draft, BODY)
     for each in (left, *player.tried):
-        grid = each.ground.grid(0.01)
+        grid = each.floor.grid(0.01)
         assert min(grid.clearances()[grid.cell_at(each.start)], grid.clearances()[grid.cell_at(each.goal)]) > 0.29
         assert math.dist(each.obstacles.get("walker", (9, 9)), each.start) >= fair.apart == 1.0
     inside = draft.between(draft.start, (1.0, 0.6))

@@ -10,7 +10,7 @@ from rocs_bt.compare.metric import METRICS
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "compare.md").read_text("utf-8")
 PUBLIC = {
-    "Block", "Building", "Comparison", "Family", "FamilyScene", "Ground", "PeopleFamily", "Post", "ScenarioScene",
+    "Block", "Building", "Comparison", "Family", "FamilyScene", "Floor", "PeopleFamily", "Post", "ScenarioScene",
     "Scene", "Store", "SweepOptions", "TaskFamily", "TrafficFamily", "Walk", "goal_scenario", "length_of",
     "load_family", "one_of", "position", "quantity", "scenes_of", "shortest_cells", "sweep", "walls_around",
 }  # fmt: skip  # a table

@@ -15,7 +15,7 @@ from rocs_bt.base.toml_text import as_toml
 from rocs_bt.base.units import Dimension
 from rocs_bt.catalog import ActorSpec
 from rocs_bt.check import check_content
-from rocs_bt.compare import Ground, Post, load_family, walls_around
+from rocs_bt.compare import Floor, Post, load_family, walls_around
 from rocs_bt.declare import fields_of
 from rocs_bt.devices.mujoco import MujocoWorld, compose_world
 from rocs_bt.event import NullSink
@@ -23,7 +23,7 @@ from rocs_bt.simulation import SCRIPTED_OBJECTS, build_world
 from rocs_bt.simulation.scripts import object_script
 
 PERIOD = 0.05
-GROUND = Ground(
+GROUND = Floor(
     (0.0, 0.0),
     (10.0, 8.0),
     [*walls_around((0.0, 0.0), (10.0, 8.0)), Post("pillar", 5.0, 4.0, 0.3)],

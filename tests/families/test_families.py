@@ -106,7 +106,7 @@ def test_barn_like_is_as_hard_as_barn(count: int) -> None:
     found = {
         "cylinders": np.array([scene.difficulty["cylinders"] for scene in made]),
         "length": np.array([length_of(way) for way in ways]),
-        "clearance": np.array([scene.ground.clearance(way) for way, scene in zip(ways, made, strict=True)]),
+        "clearance": np.array([scene.floor.clearance(way) for way, scene in zip(ways, made, strict=True)]),
     }
     for name, (least, median, most) in published.items():
         assert np.median(found[name]) == pytest.approx(median, rel=0.05), name

@@ -17,7 +17,7 @@ from rocs_bt import Catalog, run
 from rocs_bt.base.errors import InputError
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.compare import Block, Ground, Post, SweepOptions, sweep
+from rocs_bt.compare import Block, Floor, Post, SweepOptions, sweep
 from rocs_bt.compare.family import AgentSetup
 from rocs_bt.compare.metric import barn_score
 from rocs_bt.search.imports.barn import read_barn, read_world
@@ -49,8 +49,8 @@ def clone(folder: Path, worlds: int = 2) -> Path:
 def test_barn_is_read_as_the_challenge_plays_it(tmp_path: Path) -> None:
     made = list(read_barn(clone(tmp_path / "clone")))
     assert [scene.name for scene in made] == ["barn-0", "barn-1"]
-    ground = made[1].ground
-    assert [(p.x, p.y, p.radius, p.height) for p in ground.obstacles] == [(x, y, 0.075, 1.0) for x, y in POSTS]
+    floor = made[1].floor
+    assert [(p.x, p.y, p.radius, p.height) for p in floor.obstacles] == [(x, y, 0.075, 1.0) for x, y in POSTS]
     assert made[1].reference[0] == (-2.25, 3.0)
     assert made[1].reference[-1] == (-2.25, 13.0)
     assert made[1].reference[1] == pytest.approx((0.15 * 15 - 4.575, 5.075))
@@ -256,10 +256,10 @@ def test_broken_files_are_told_or_read(tmp_path: Path, world: bytes, png: bytes,
 def test_the_boxes_of_a_grid_are_its_taken_cells(data: st.DataObject, rows: int, columns: int) -> None:
     line = st.lists(st.booleans(), min_size=columns, max_size=columns)
     taken = np.array(data.draw(st.lists(line, min_size=rows, max_size=rows)))
-    grid = Ground((1.0, -2.0), (1.0 + 0.5 * columns, -2.0 + 0.5 * rows)).grid(0.5)
+    grid = Floor((1.0, -2.0), (1.0 + 0.5 * columns, -2.0 + 0.5 * rows)).grid(0.5)
     grid.occupied[:] = taken
     blocks = grid.blocks()
-    again = Ground(grid.low, (1.0 + 0.5 * columns, -2.0 + 0.5 * rows), blocks).grid(0.5)
+    again = Floor(grid.low, (1.0 + 0.5 * columns, -2.0 + 0.5 * rows), blocks).grid(0.5)
     assert (again.occupied == taken).all()
     assert all(isinstance(b, Block) for b in blocks)
     assert sum(b.length * b.width for b in blocks if isinstance(b, Block)) == pytest.approx(0.25 * taken.sum())
@@ -269,4 +269,4 @@ def test_who_drives_is_the_users_choice(tmp_path: Path) -> None:
     (scene, _) = read_barn(clone(tmp_path), AgentSetup(robot="pioneer_p3dx", rules=""))
     assert 'robot = "pioneer_p3dx"' in scene.toml
     assert "rules = []" in scene.toml
-    assert isinstance(scene.ground.obstacles[0], Post)
+    assert isinstance(scene.floor.obstacles[0], Post)

@@ -7,7 +7,7 @@ from pathlib import Path
 from rocs_bt import Catalog, run
 from rocs_bt.base.toml_text import as_toml
 from rocs_bt.check import check_content
-from rocs_bt.compare import Ground
+from rocs_bt.compare import Floor
 
 ROOT = {"format": "scenario/2", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
 AGENT = {
@@ -25,7 +25,7 @@ GOAL = {"name": "goal", "x": "3 m", "y": "0 m", "tolerance": "0.2 m"}
 def field(tmp_path: Path, *facts: dict[str, object]) -> Catalog:
     folder = tmp_path / "scenarios"
     (folder / "worlds").mkdir(parents=True)
-    (folder / "worlds" / "field.xml").write_text(Ground((-5.0, -5.0), (5.0, 5.0)).world("field", "An empty field."))
+    (folder / "worlds" / "field.xml").write_text(Floor((-5.0, -5.0), (5.0, 5.0)).world("field", "An empty field."))
     (folder / "field.toml").write_text(as_toml(ROOT | {"place": [GOAL], "agent": [AGENT], "fact": [*facts]}))
     return Catalog(tmp_path)
 

@@ -39,17 +39,17 @@ def test_nobody_begins_in_the_place_of_another(name: str, values: dict[str, obje
     family = made(name, values | {"middle": middle})
     for index in range(5):
         scene = family.scene(index)
-        discs = [body for body in [*scene.ground.obstacles, *scene.ground.actors] if isinstance(body, Post)]
+        discs = [body for body in [*scene.floor.obstacles, *scene.floor.actors] if isinstance(body, Post)]
         for one, two in itertools.combinations(discs, 2):
             assert math.dist((one.x, one.y), (two.x, two.y)) > one.radius + two.radius
         x, y = scene.reference[0]
         assert min(math.dist((x, y), (disc.x, disc.y)) - disc.radius for disc in discs) > 0.6
-        walking = [body for body in scene.ground.actors if isinstance(body, Post)]
+        walking = [body for body in scene.floor.actors if isinstance(body, Post)]
         assert min(math.dist((x, y), (one.x, one.y)) - one.radius for one in walking) >= 1.5, "as docs/families.md says"
         assert (x == 1.0) != bool(middle)
         assert scene.reference_length > 0.25 * family.long
         assert scene.difficulty["people"] == len(scene.scenario["actor"])
-        assert scene.difficulty["density"] == pytest.approx(len(scene.ground.actors) / (family.long * family.wide))
+        assert scene.difficulty["density"] == pytest.approx(len(scene.floor.actors) / (family.long * family.wide))
 
 
 @pytest.mark.parametrize(("name", "values"), KINDS, ids=NAMES)
@@ -63,11 +63,11 @@ def test_all_walk_and_stay_between_the_walls(name: str, values: dict[str, object
         for actor in simulated.actors:
             actor.step(0.05 * period)
         world.advance(10)
-        places.append([world.object_pose(body.name)[:2] for body in scene.ground.actors])
+        places.append([world.object_pose(body.name)[:2] for body in scene.floor.actors])
     way = np.array(places)
     assert world.contacts() == []
     assert (np.ptp(way, axis=0).max(axis=1) > 0.25).all(), "they walk"
-    radius = min(body.radius for body in scene.ground.actors if isinstance(body, Post))
+    radius = min(body.radius for body in scene.floor.actors if isinstance(body, Post))
     assert min(world.room(*place) for place in way[::6].reshape(-1, 2)) > radius, "they walk through nothing"
 
 

@@ -58,17 +58,17 @@ def test_the_shortest_way_over_the_roads_is_networkxs(seed: int, rows: int, colu
 @given(st.integers(0, 1000))
 def test_a_door_fills_its_doorway_and_opens_into_the_wall(seed: int) -> None:
     building = Building.sample(np.random.default_rng(seed), 2, 2, 3.6, 1.1)
-    open_way = building.ground().grid(0.05)
+    open_way = building.floor().grid(0.05)
     for door in building.doors():
-        ground = building.ground()
+        floor = building.floor()
         leaf = building.leaf(door, closed=True)
         assert not open_way.occupied[open_way.cell_at(building.doorway(door))]
-        grid = ground.grid(0.05)
+        grid = floor.grid(0.05)
         grid.add(leaf)
         x, y = building.doorway(door)
         aside = [(x, y + d) if leaf.width > leaf.length else (x + d, y) for d in np.linspace(-0.5, 0.5, 21)]
         assert all(grid.occupied[grid.cell_at(point)] for point in aside)
-        before = ground.grid(0.05)
+        before = floor.grid(0.05)
         before.add(building.leaf(door, closed=False))
         free = [before.occupied[before.cell_at(point)] for point in aside]
         assert not any(free[1:-1])

@@ -53,7 +53,7 @@ def played(family: str, index: int, planner: str = "hybrid", duration: float = 1
     catalog = scene.added_to(catalog)
     spec = catalog.load_planner(planner).drives(catalog.load_scenario(scene.name), "R", scene.privileged)
     run(spec, catalog, seed=1, report=False, sinks=[sink])
-    pillars = [(o.x, o.y, o.radius) for o in scene.ground.obstacles if isinstance(o, Post)]
+    pillars = [(o.x, o.y, o.radius) for o in scene.floor.obstacles if isinstance(o, Post)]
     people = {name: row for name, row in sink.rows.items() if name.startswith("P")}
     return Walk(sink.scans, sink.poses, people, pillars)
 

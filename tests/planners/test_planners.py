@@ -8,7 +8,7 @@ import pytest
 
 from rocs_bt import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Block, FamilyScene, Ground, Post, Scene, goal_scenario, load_family
+from rocs_bt.compare import Block, FamilyScene, Floor, Post, Scene, goal_scenario, load_family
 from rocs_bt.compare.episode import Episode, GeneratedScene
 from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.declare import replaced
@@ -55,15 +55,15 @@ DRIVE = sorted({"hybrid", *(n for n in NAMES if n.split("_among")[0] in ("pure_p
 @pytest.fixture
 def easy():
     """A room of 6 m with two posts and a wall end beside the way: a Jackal is to come from one side to the other."""
-    ground = Ground((-1.0, -3.0), (6.0, 3.0))
-    ground.obstacles += [
+    floor = Floor((-1.0, -3.0), (6.0, 3.0))
+    floor.obstacles += [
         Post("left", 2.0, 1.0, 0.15),
         Post("right", 3.0, -0.9, 0.15),
         Block("wall", 2.5, 2.2, 0.1, 1.0),
     ]
     driver = load_family(Catalog(), "office")
     scenario = goal_scenario(driver, "easy", "Easy.", Pose2(0.0, 0.0, 0.3), (4.0, 0.3), tolerance=0.4, duration=20.0)
-    return GeneratedScene.of(Scene(scenario, ground))
+    return GeneratedScene.of(Scene(scenario, floor))
 
 
 @pytest.mark.parametrize("name", DRIVE)

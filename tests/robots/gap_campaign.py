@@ -13,7 +13,7 @@ from math import atan2
 
 from rocs_bt import Pose2
 from rocs_bt.catalog import PlannerSpec
-from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, walls_around
+from rocs_bt.compare import Block, Family, Floor, Scene, goal_scenario, walls_around
 from rocs_bt.compare.episode import Episode, GeneratedScene
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.runner import EpisodeRunner
@@ -37,10 +37,10 @@ class Gaps(Family):
         low, top = middle - 0.5 * self.width, middle + 0.5 * self.width
         ends = ((-high, low), (top, high))
         wall = [Block(f"wall{i}", 0.0, 0.5 * (a + b), thick, b - a) for i, (a, b) in enumerate(ends)]
-        ground = Ground((-wide, -high), (wide, high), [*walls_around((-wide, -high), (wide, high)), *wall])
+        floor = Floor((-wide, -high), (wide, high), [*walls_around((-wide, -high), (wide, high)), *wall])
         start = Pose2(start.x, start.y, heading)
         scenario = goal_scenario(self, self.scene_name(index), self.doc, start, goal, tolerance=0.1, duration=60.0)
-        return Scene(scenario, ground)
+        return Scene(scenario, floor)
 
 
 @cache

@@ -14,7 +14,7 @@ from ...base.errors import BlockError, DeviceError, Fault, InputError
 from ...base.geometry import Pose2
 from ...interfaces.safety import SafetyGate
 from .body import Controls, FreeBody, Motors, RobotBody
-from .ground import carrying_geoms
+from .carrying_geoms import carrying_geoms
 from .rays import Scan
 from .state import WorldState
 from .touch import Contact, ContactDetector

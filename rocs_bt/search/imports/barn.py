@@ -16,7 +16,7 @@ from ...base.errors import Fault, InputError
 from ...base.files import read_bytes, read_text
 from ...base.geometry import Pose2
 from ...compare.family import AgentSetup, Scene, goal_scenario, quantity
-from ...compare.ground import Ground
+from ...compare.floor import Floor
 from ...compare.obstacle import Block, Point, Post, length_of
 
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
@@ -68,16 +68,16 @@ def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
     obstacles, name = read_world(file), f"barn-{number}"
     reference = _reference_path(path)
     xs, ys = zip((START.x, START.y), GOAL, *((obstacle.x, obstacle.y) for obstacle in obstacles), strict=True)
-    ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), obstacles)
+    floor = Floor((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), obstacles)
     posts = [obstacle for obstacle in obstacles if isinstance(obstacle, Post)]
     length = length_of(reference)
-    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(reference)}
+    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": floor.clearance(reference)}
     doc = f"World {number} of BARN: a field of cylinders, without a map."
     success = {"goal": "goal", "shortest_path": quantity(length, "m")}
     scenario = goal_scenario(
         setup, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
     )
-    return Scene(scenario, ground, difficulty, tuple(reference))
+    return Scene(scenario, floor, difficulty, tuple(reference))
 
 
 def _reference_path(path: Path) -> list[Point]:

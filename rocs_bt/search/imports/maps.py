@@ -24,8 +24,8 @@ from ...base.errors import Fault, InputError
 from ...base.files import read_bytes, read_text
 from ...base.geometry import Pose2
 from ...compare.family import AgentSetup, Scene, goal_scenario, quantity
+from ...compare.floor import Floor
 from ...compare.floor_grid import FloorGrid, GridPath
-from ...compare.ground import Ground
 from ...compare.obstacle import Point
 
 APART = 4.0
@@ -55,12 +55,12 @@ def read_maps(path: Path, setup: AgentSetup | None = None, *, pairs: int = 5) ->
         raise InputError(Fault("there is no map: no .yaml file names an image.", path, hint=hint))
     for file in files:
         made = read_map(file)
-        ground = _ground(made.walls, file)
+        floor = _floor(made.walls, file)
         seed = hashlib.sha256(file.stem.encode()).digest()
         rng = np.random.default_rng(np.random.SeedSequence(int.from_bytes(seed, "big")))
         pair = -1
         for pair, ends in enumerate(islice(_pairs(made.barred, rng), pairs)):
-            yield _scene(f"map_{file.stem}-{pair}", f"Map {file.stem}.", ground, *ends, setup or AgentSetup())
+            yield _scene(f"map_{file.stem}-{pair}", f"Map {file.stem}.", floor, *ends, setup or AgentSetup())
         if pair < 0:
             hint = f"A robot needs {2.0 * RADIUS:g} m of width; look at free_thresh, resolution and negate."
             raise InputError(Fault("the map has no start and goal with a path of free cells.", file, hint=hint))
@@ -73,15 +73,15 @@ def _text(file: Path) -> str:
         return ""
 
 
-def _ground(grid: FloorGrid, file: Path) -> Ground:
-    """Ground with boxes for the occupied cells of a map."""
+def _floor(grid: FloorGrid, file: Path) -> Floor:
+    """Floor with boxes for the occupied cells of a map."""
     rows, columns = grid.occupied.shape
     low, high = grid.low, (grid.low[0] + columns * grid.cell, grid.low[1] + rows * grid.cell)
     blocks = grid.blocks()
     if len(blocks) > MOST_BLOCKS:
         message = f"the map needs {len(blocks)} boxes; a world may have at most {MOST_BLOCKS}."
         raise InputError(Fault(message, file, hint="Use a smaller or coarser map."))
-    return Ground(low, high, blocks)
+    return Floor(low, high, blocks)
 
 
 def _pairs(grid: FloorGrid, rng: np.random.Generator) -> Iterator[tuple[Point, Point, GridPath]]:
@@ -106,7 +106,7 @@ def _pairs(grid: FloorGrid, rng: np.random.Generator) -> Iterator[tuple[Point, P
                 yield points[one], points[other], path
 
 
-def _scene(name: str, doc: str, ground: Ground, start: Point, goal: Point, path: GridPath, setup: AgentSetup) -> Scene:
+def _scene(name: str, doc: str, floor: Floor, start: Point, goal: Point, path: GridPath, setup: AgentSetup) -> Scene:
     """Scene in which a robot drives from a start to a goal [m]; at the start it faces along the path."""
     ahead = path.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
@@ -122,7 +122,7 @@ def _scene(name: str, doc: str, ground: Ground, start: Point, goal: Point, path:
         agent={"success": {"goal": "goal", "shortest_path": quantity(path.length, "m")}},
     )
     measured = {"length": path.length, "clearance": path.clearance, "detour": path.length / math.dist(start, goal)}
-    return Scene(scenario, ground, measured, path.points)
+    return Scene(scenario, floor, measured, path.points)
 
 
 MOST_CELLS = 25_000_000

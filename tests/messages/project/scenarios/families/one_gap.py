@@ -2,7 +2,7 @@
 
 from rocs_bt import Pose2
 from rocs_bt.base.units import PositiveMetres
-from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario
+from rocs_bt.compare import Block, Family, Floor, Scene, goal_scenario
 
 
 class OneGap(Family):
@@ -13,7 +13,7 @@ class OneGap(Family):
     def scene(self, index: int) -> Scene:
         """A scene."""
         at = float(self.rng(index).uniform(-2.0, 2.0))
-        ground = Ground((-4.0, -4.0), (4.0, 4.0))
+        ground = Floor((-4.0, -4.0), (4.0, 4.0))
         for name, low, high in (("left", -4.0, at - self.gap / 2.0), ("right", at + self.gap / 2.0, 4.0)):
             ground.obstacles.append(Block(name, (low + high) / 2.0, 0.0, high - low, 0.1))
         name, doc = self.scene_name(index), "Through a gap in a wall."

@@ -13,7 +13,7 @@ from .obstacle import Block, Point, Post
 
 
 @dataclass
-class Ground:
+class Floor:
     """Rectangular floor with obstacles.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""The ground: its grid against geometry, and its shortest way against networkx and plane geometry."""
+"""The floor: its grid against geometry, and its shortest way against networkx and plane geometry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.compare import Block, Ground, Post, length_of, shortest_cells
+from rocs_bt.compare import Block, Floor, Post, length_of, shortest_cells
 
 CELLS = st.integers(3, 9)
 
@@ -40,13 +40,13 @@ def test_the_search_finds_what_networkx_finds(data: st.DataObject, rows: int, co
 
 
 def test_a_way_goes_straight_where_it_can_and_around_what_is_there() -> None:
-    ground = Ground((0.0, 0.0), (6.0, 4.0))
-    way = ground.grid(0.05).shortest((1.0, 1.0), (5.0, 3.0), 0.25)
+    floor = Floor((0.0, 0.0), (6.0, 4.0))
+    way = floor.grid(0.05).shortest((1.0, 1.0), (5.0, 3.0), 0.25)
     assert way is not None
     assert way.length == pytest.approx(math.hypot(4.0, 2.0))
     assert way.clearance == math.inf
-    ground.obstacles.append(Block("wall", 3.0, 1.0, 0.2, 2.0))
-    around = ground.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25)
+    floor.obstacles.append(Block("wall", 3.0, 1.0, 0.2, 2.0))
+    around = floor.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25)
     assert around is not None
     # Tangents to two circles of 0.25 m around the corners at (2.9, 2) and (3.1, 2).
     leg = math.sqrt(1.9**2 + 1.0**2 - 0.25**2)
@@ -55,15 +55,15 @@ def test_a_way_goes_straight_where_it_can_and_around_what_is_there() -> None:
     )
     best = 2.0 * leg + 0.2 + 2.0 * 0.25 * max(turn, 0.0)
     assert best - 0.06 <= around.length <= best * 1.06 + 0.15
-    assert ground.clearance(around.points) == math.inf
-    ground.obstacles.append(Block("more", 3.0, 3.0, 0.2, 2.0))
-    assert ground.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25) is None
+    assert floor.clearance(around.points) == math.inf
+    floor.obstacles.append(Block("more", 3.0, 3.0, 0.2, 2.0))
+    assert floor.grid(0.05).shortest((1.0, 1.0), (5.0, 1.0), 0.25) is None
 
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.5, 2.5), st.floats(0.5, 2.5), st.floats(0.1, 0.9), st.floats(0.1, 0.9), st.floats(-3.1, 3.1))
 def test_the_grid_is_taken_where_things_are(x: float, y: float, length: float, width: float, yaw: float) -> None:
-    grid = Ground((0.0, 0.0), (3.0, 3.0), [Block("b", x, y, length, width, yaw), Post("p", y, x, length / 2.0)]).grid(
+    grid = Floor((0.0, 0.0), (3.0, 3.0), [Block("b", x, y, length, width, yaw), Post("p", y, x, length / 2.0)]).grid(
         0.1
     )
     for row, column in np.ndindex(grid.occupied.shape):
@@ -77,5 +77,5 @@ def test_the_grid_is_taken_where_things_are(x: float, y: float, length: float, w
 
 
 def test_clearance_is_to_the_surface_of_the_nearest_post() -> None:
-    ground = Ground((0.0, -1.0), (4.0, 2.0), [Post("a", 1.0, 1.0, 0.1), Post("b", 3.0, -0.5, 0.2)])
-    assert ground.clearance([(0.0, 0.0), (4.0, 0.0)]) == pytest.approx(0.3, abs=1e-3)
+    floor = Floor((0.0, -1.0), (4.0, 2.0), [Post("a", 1.0, 1.0, 0.1), Post("b", 3.0, -0.5, 0.2)])
+    assert floor.clearance([(0.0, 0.0), (4.0, 0.0)]) == pytest.approx(0.3, abs=1e-3)
