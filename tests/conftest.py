@@ -18,9 +18,10 @@ from rocs_bt.control.follower import Follower
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.event import ListSink
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.interfaces.device import Actuator
 from rocs_bt.interfaces.pipeline import Pipeline, Priority
-from rocs_bt.interfaces.safety import Limits, SafetyGate
+from rocs_bt.interfaces.safety_gate import SafetyGate
 from rocs_bt.knowledge import Knowledge
 
 from . import awake as waking
@@ -104,7 +105,7 @@ class Rig:
         self.actions = action_table()
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
         fastest = tuple(locomotion.max_speed.tolist())
-        limits = Limits(tuple(-limit for limit in fastest), fastest, together=True)
+        limits = ActuatorLimits(tuple(-limit for limit in fastest), fastest, together=True)
         self.gate = SafetyGate(self.wheels, self.clock, limits, period=period, max_age=0.2, sink=self.sink, agent="R1")
         self.body = RobotBody(
             knowledge=self.knowledge,

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.geometry import Pose2
 from ..control.locomotion import Array
 from ..control.reference import TURN_RATE, TimedReference
-from ..control.space_time import PARTS, Limits, Manners, SpaceTime, TimedPlan
+from ..control.space_time import PARTS, Manners, MotionLimits, SpaceTime, TimedPlan
 from ..control.way_field import WayField
 from ..event import PathPlanned
 from ..interfaces.action import Action, Body
@@ -58,7 +58,7 @@ class Among:
             limits = body.locomotion
             self._search = SpaceTime(
                 self._hull,
-                Limits(
+                MotionLimits(
                     cruise=min(cruise, limits.axis_limits("vx").max_speed),
                     back=min(BACK, limits.axis_limits("vx").max_speed),
                     turn_rate=min(TURN_RATE, limits.turn_limit),

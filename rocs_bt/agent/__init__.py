@@ -8,7 +8,7 @@ from .agent import Agent
 from .build import Controller, build_agent
 from .facts import add_facts
 from .parts import Blocks, Rates, RobotDevices, Runtime
-from .rule_files import RuleFile, RuleWatch
+from .reloadable_rules import ReloadableRules, RuleWatch
 from .threaded import ThreadedRunner
 
 __all__ = [
@@ -16,8 +16,8 @@ __all__ = [
     "Blocks",
     "Controller",
     "Rates",
+    "ReloadableRules",
     "RobotDevices",
-    "RuleFile",
     "RuleWatch",
     "Runtime",
     "ThreadedRunner",

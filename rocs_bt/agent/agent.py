@@ -24,7 +24,7 @@ from ..plan import TreePlan
 from ..trees.nodes import Node
 from .exceptions import ContentExceptions
 from .parts import Blocks, Rates, RobotDevices, Runtime
-from .rule_files import RuleFile
+from .reloadable_rules import ReloadableRules
 
 PLAN_CLOSE_PERIODS = 3
 """Number of plan periods for which a stopping agent waits for the plan's last turn, before it skips closing it."""
@@ -62,7 +62,7 @@ class Agent:
         rates: Rates,
         runtime: Runtime,
         *,
-        rule_files: Sequence[RuleFile] = (),
+        rule_files: Sequence[ReloadableRules] = (),
         sharing: Service | None = None,
     ) -> None:
         self.name = name

@@ -25,7 +25,7 @@ from ..interfaces.action import Action
 from ..interfaces.device import Sensor
 from ..interfaces.message import Mailbox
 from ..interfaces.pipeline import Pipeline
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from ..interfaces.service import Service
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
@@ -33,7 +33,7 @@ from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime
-from .rule_files import RuleFile
+from .reloadable_rules import ReloadableRules
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
 
 Cache = Callable[[Hashable, Callable[[], Any]], Any]
@@ -197,13 +197,13 @@ def _rule_files(
     knowledge: Knowledge,
     cached: Cache,
     faults: list[Fault] | None,
-) -> list[RuleFile]:
+) -> list[ReloadableRules]:
     """Load the rule files; agents with the same robot and mission share the parsed rules."""
     found = []
     for file in controller.rules:
         shared = partial(cached, ("rules", file, robot.file, controller.mission))
         with collected(faults):
-            found.append(RuleFile(file, environment, actions, thresholds(robot, file), knowledge, shared))
+            found.append(ReloadableRules(file, environment, actions, thresholds(robot, file), knowledge, shared))
     return found
 
 

@@ -15,7 +15,7 @@ from ..event import EventSink
 from ..execute import Execute
 from ..interfaces.device import Sensor
 from ..interfaces.pipeline import Pipeline
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from ..monitor import Monitor
 from ..plan import Plan
 from ..reactive import ReflexArc

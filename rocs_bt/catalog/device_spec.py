@@ -34,8 +34,9 @@ from ..declare import (
 from ..devices.simulated import DEVICES as SIMULATED
 from ..devices.simulated import Position, declared_keys
 from ..event import EventSink
+from ..interfaces.actuator_limits import ActuatorLimits
 from ..interfaces.device import Actuator
-from ..interfaces.safety import Landing, Limits, SafetyGate
+from ..interfaces.safety_gate import Landing, SafetyGate
 from .marks import Coordinate, Name, PoseKeys
 
 _NUMBER = re.compile(r"\s*[+-]?(\d|\.\d|inf\b)")
@@ -222,7 +223,7 @@ class ActuatorSpec(DeviceSpec):
     max_command_age: Annotated[float, TIME, Bounds(1e-3)] = 0.2
     isolated: bool = False
     parameters: Annotated[DeviceKeys, ReadBy(partial(_device_keys, "actuator"))] = Open()
-    limits: Annotated[Limits, SetByPrograms()] = Limits((-1.0,), (1.0,))
+    limits: Annotated[ActuatorLimits, SetByPrograms()] = ActuatorLimits((-1.0,), (1.0,))
     landing: Annotated[Landing | None, SetByPrograms()] = None
 
     @classmethod
@@ -237,7 +238,7 @@ class ActuatorSpec(DeviceSpec):
             hint = f'Write range = ["-1 {unit}", "1 {unit}"], or a list of such pairs, one for each value.'
             table.fault("range", f"range must be a pair [minimum, maximum], found {given!r:.80}.", hint)
 
-    def limited(self, together: bool) -> Limits:
+    def limited(self, together: bool) -> ActuatorLimits:
         """Limits that the table declares.
 
         Args:
@@ -250,7 +251,7 @@ class ActuatorSpec(DeviceSpec):
             hint = f'Write the range of commands: range = ["-1 {self.dimension}", "1 {self.dimension}"].'
             raise InputError(Fault(f"the actuator '{self.name}' has no limits.", hint=hint))
         low, high = zip(*self.range, strict=True)
-        return Limits(low, high, self.max_change, together)
+        return ActuatorLimits(low, high, self.max_change, together)
 
     def guard(
         self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""

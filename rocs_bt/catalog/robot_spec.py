@@ -42,8 +42,9 @@ from ..declare import (
 )
 from ..devices.body_variant import AS_MODELLED, BodyVariant
 from ..devices.simulated import Velocity
+from ..interfaces.actuator_limits import ActuatorLimits
 from ..interfaces.device import Actuator
-from ..interfaces.safety import Landing, Limits
+from ..interfaces.safety_gate import Landing
 from .device_spec import ActuatorSpec, BlockSpec, SensorSpec
 
 LANDING_SPEED = 0.3
@@ -329,7 +330,7 @@ class RobotSpec(Value):
         return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
 
 
-def _allowed(actuator: ActuatorSpec, limits: Limits) -> tuple[float, float]:
+def _allowed(actuator: ActuatorSpec, limits: ActuatorLimits) -> tuple[float, float]:
     """Largest wheel speed and acceleration that an actuator and its electronics allow [m/s, m/s2]."""
     motors = actuator.parameters
     ramp = motors.max_acceleration if isinstance(motors, Velocity) else math.inf
@@ -346,7 +347,7 @@ def _moved_by_twists(actuator: ActuatorSpec, locomotion: Locomotion) -> Actuator
     )
     climbs = [axis == "vz" for axis in locomotion.values]
     apart = tuple(i for i, climb in enumerate(climbs) if climb)
-    limits = Limits(tuple(-speed for speed in speeds), tuple(speeds), changes, True, apart)
+    limits = ActuatorLimits(tuple(-speed for speed in speeds), tuple(speeds), changes, True, apart)
     down = tuple(-min(LANDING_SPEED, speed) if climb else 0.0 for speed, climb in zip(speeds, climbs, strict=True))
     landing = Landing(locomotion.land_after, down) if locomotion.neutral == "hover" else None
     return replaced(actuator, limits=limits, landing=landing)

@@ -128,7 +128,7 @@ class Manners:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class MotionLimits:
     """Limits of planned motions.
 
     Attributes:
@@ -216,7 +216,7 @@ class _Company(NamedTuple):
 class SpaceTime:
     """Planner of motions among movers."""
 
-    def __init__(self, hull: Footprint, limits: Limits, manners: Manners) -> None:
+    def __init__(self, hull: Footprint, limits: MotionLimits, manners: Manners) -> None:
         self._hull, self._limits, self._manners = hull, limits, manners
         near = _targets(limits, (0.0, -0.44, 0.44, -1.0, 1.0), (0.3, 0.65, 1.0), (0.4, 1.0))
         far = _targets(limits, (0.0, -1.0, 1.0), (0.5, 1.0), (1.0,))
@@ -435,7 +435,7 @@ class SpaceTime:
 
 
 def _targets(
-    limits: Limits, turns: Sequence[float], ahead: Sequence[float], back: Sequence[float]
+    limits: MotionLimits, turns: Sequence[float], ahead: Sequence[float], back: Sequence[float]
 ) -> tuple[Array, Array]:
     """Target speeds [m/s] and turn rates [rad/s] of a layer, as shares of the limits; each of shape (k,)."""
     rows = [(0.0, turn) for turn in (0.0, -1.0, 1.0)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 
 WAITING = "waiting for go"
 """Last words of the reason for which a robot is held that only needs a go."""

@@ -12,7 +12,7 @@ from ..base.geometry import Twist2, Twist3
 from ..control.trail import Trail
 from ..event import ActuatorCommanded, Event, EventSink, pack
 from ..interfaces.device import Actuator
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 
 if TYPE_CHECKING:
     from ..control.follower import Follower

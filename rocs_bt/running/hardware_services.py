@@ -13,7 +13,7 @@ from ..catalog import RobotSpec
 from ..devices.host import Host
 from ..event import EventSink
 from ..interfaces.device import Actuator
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from .preflight import PreflightTopic
 
 

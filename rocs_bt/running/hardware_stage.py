@@ -25,7 +25,7 @@ from ..devices.isolated import IsolatedActuator
 from ..devices.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..interfaces.device import Actuator
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from ..simulation.devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from ..simulation.outcome import Judge
 from .build_agents import build_agents

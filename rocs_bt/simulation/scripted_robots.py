@@ -14,7 +14,7 @@ from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveSeconds,
 from ..control.locomotion import Locomotion
 from ..declare import Declared, Wrong, has_key
 from ..devices.mujoco import MujocoWorld
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 
 
 class ScriptedRobot(Declared, ABC):

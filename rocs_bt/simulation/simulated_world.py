@@ -29,7 +29,7 @@ from ..devices.mujoco import FreeObject, MujocoWorld, RobotInstance, SensorMount
 from ..devices.simulated import Odometer, PoseSensor, Velocity, WheelTravel
 from ..event import EventSink
 from ..interfaces.device import Sensor
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from .devices import simulated_device
 from .ground import ground_pieces
 from .outcome import Goal, Judge

@@ -17,7 +17,7 @@ from ..devices.simulated import MailboxSensor, SimulatedActuator, SimulatedSenso
 from ..devices.simulated.flat import FlatRobot, FlatWorld
 from ..event import EventSink
 from ..interfaces.device import Reading, Sensor
-from ..interfaces.safety import SafetyGate
+from ..interfaces.safety_gate import SafetyGate
 from ..interfaces.service import Service
 from ..knowledge import Knowledge
 

@@ -11,8 +11,9 @@ from rocs_bt.base.errors import ActuatorError, DeviceError
 from rocs_bt.devices.emergency_stop import EmergencyStop
 from rocs_bt.devices.host import Host
 from rocs_bt.event import ListSink, MotionHeld, MotionReleased
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.interfaces.device import Actuator
-from rocs_bt.interfaces.safety import Limits, SafetyGate
+from rocs_bt.interfaces.safety_gate import SafetyGate
 
 
 class Wheels(Actuator):
@@ -39,7 +40,7 @@ def sink():
 
 @pytest.fixture
 def gate(sink):
-    wheels, limits = Wheels(), Limits((-1.2,), (1.2,), together=True)
+    wheels, limits = Wheels(), ActuatorLimits((-1.2,), (1.2,), together=True)
     gate = SafetyGate(wheels, SimulatedClock(0.05), limits, period=0.05, max_age=0.2, sink=sink, agent="R2")
     gate.log, gate.wheels = wheels.log, wheels
     return gate
@@ -129,8 +130,9 @@ def test_a_gate_that_raises_does_not_keep_the_others_from_the_hold(gate, error):
 
     broken = Wheels()
     broken.neutral = fail
+    limits = ActuatorLimits((-1.2,), (1.2,), together=True)
     gates = [
-        SafetyGate(broken, SimulatedClock(0.05), Limits((-1.2,), (1.2,), together=True), period=0.05, max_age=0.2),
+        SafetyGate(broken, SimulatedClock(0.05), limits, period=0.05, max_age=0.2),
         gate,
     ]
     stop = EmergencyStop()

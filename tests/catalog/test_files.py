@@ -12,7 +12,8 @@ from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.control.locomotion_kinds import Differential
 from rocs_bt.declare import place_of
-from rocs_bt.interfaces.safety import Landing, Limits
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
+from rocs_bt.interfaces.safety_gate import Landing
 
 from ..changes import edit
 
@@ -63,7 +64,7 @@ def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_f
     )
     robot = load_robot(robot_file)
     assert (robot.motion.max_wheel_speed, robot.motion.max_wheel_acceleration) == (1.2, 3.0)
-    assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
+    assert robot.actuators[0].limits == ActuatorLimits((-1.2,), (1.2,), 4.0, together=True)
 
 
 def test_a_scenario_is_read_in_si_units_but_what_classes_declare(project):

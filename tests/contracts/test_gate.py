@@ -19,7 +19,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.declare import replaced
 from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
 from rocs_bt.interfaces.action import ActionFailed
-from rocs_bt.interfaces.safety import Limits
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.reactive import Reflex
 from rocs_bt.simulation import on_hardware
 from rocs_bt.testing.mock_agent import mock_agent
@@ -239,7 +239,7 @@ def test_the_gate_is_what_holds_them_off(monkeypatch):
     """The same attack on a robot without limits of its own: the test above can fail."""
     start(1)
     spec, logs, clock = CATALOG.load_robot("pioneer_p3dx"), [], SimulatedClock(0.05)
-    monkeypatch.setattr(Limits, "apply", lambda self, wanted, last, period: list(wanted))
+    monkeypatch.setattr(ActuatorLimits, "apply", lambda self, wanted, last, period: list(wanted))
     agent, _ = mock_agent(
         spec,
         Controller(build=build, actions=[Berserk]),

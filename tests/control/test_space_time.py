@@ -11,12 +11,12 @@ from scipy.ndimage import distance_transform_edt
 
 from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.space_time import LAYER, LAYERS, PARTS, Limits, Manners, SpaceTime
+from rocs_bt.control.space_time import LAYER, LAYERS, PARTS, Manners, MotionLimits, SpaceTime
 from rocs_bt.control.way_field import USED, WayField, distances
 from rocs_bt.knowledge import Movers
 
 HULL = Footprint(0.5, 0.43)
-LIMITS = Limits(cruise=1.2, back=0.8, turn_rate=1.5, acceleration=2.0, deceleration=2.5, turn_acceleration=5.0)
+LIMITS = MotionLimits(cruise=1.2, back=0.8, turn_rate=1.5, acceleration=2.0, deceleration=2.5, turn_acceleration=5.0)
 EVERY = 0.2
 
 

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.control.tracking import Beams, Tracker, TrackerSettings, Tracks, segments_of
+from rocs_bt.control.tracking import Beams, TrackedObjects, Tracker, TrackerSettings, segments_of
 
 HERE = Pose2(0.0, 0.0)
 RING = Beams([(0.2 * math.cos(a), 0.2 * math.sin(a), a) for a in np.radians(22.5 * np.arange(16))], 0.26, 2.0)
@@ -257,5 +257,5 @@ def test_beams_that_cannot_be_are_refused(wrong):
 
 
 def test_no_tracks_are_no_tracks():
-    assert len(Tracks()) == 0
-    assert Tracks().movers(0.0).tolist() == []
+    assert len(TrackedObjects()) == 0
+    assert TrackedObjects().movers(0.0).tolist() == []

@@ -11,7 +11,8 @@ import pytest
 
 from rocs_bt.base.errors import ActuatorError, DeviceError, UnknownName
 from rocs_bt.devices.mujoco import MujocoActuator, MujocoWorld, RobotInstance, compose_world
-from rocs_bt.interfaces.safety import Limits, SafetyGate
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
+from rocs_bt.interfaces.safety_gate import SafetyGate
 from tests.made_devices import make_device
 
 CRANE = """<mujoco model="crane">
@@ -81,7 +82,7 @@ def world(tmp_path) -> MujocoWorld:
 def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, SafetyGate]:
     arm = make_device(world, "C", "arm", Arm, parameters, rng=np.random.default_rng(seed))
     assert isinstance(arm, Arm)
-    gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
+    gate = SafetyGate(arm, world.clock, ActuatorLimits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
     world.attach(partial(gate.run, arm.before_step))
     world.watch_motion("C", gate)
     world.guard(gate)
@@ -103,7 +104,7 @@ def test_a_robot_without_wheels_drives_into_what_it_lands_on_only_by_its_own_mot
     arena.write_text(f'<mujoco><option gravity="0 0 0"/><worldbody>{table}</worldbody></mujoco>')
     world = compose_world(arena, [RobotInstance("C", tmp_path / "robot.xml")], step=0.005)
     arm = make_device(world, "C", "arm", Arm, {}, rng=np.random.default_rng(1))
-    gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
+    gate = SafetyGate(arm, world.clock, ActuatorLimits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
     world.watch_motion("C", gate)
     if commanded:
         gate.command([0.1])

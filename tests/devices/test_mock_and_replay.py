@@ -15,7 +15,8 @@ from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.devices.replay import ReplayActuator, replay_sensors
 from rocs_bt.devices.simulated.flat import FlatRobot, FlatWorld
 from rocs_bt.event import SensorFailed, SensorRead, pack
-from rocs_bt.interfaces.safety import Limits, SafetyGate
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
+from rocs_bt.interfaces.safety_gate import SafetyGate
 from rocs_bt.testing.mock_agent import MockSensor
 from tests.made_devices import make_device
 
@@ -33,7 +34,7 @@ def test_a_mock_robot_stops_when_its_watchdog_expires() -> None:
     world = FlatWorld(clock)
     body = robot(world)
     wheels = make_device(body.world, body.name, "wheels", "velocity", WHEELS)
-    gate = SafetyGate(wheels, clock, Limits((-1.2,), (1.2,), together=True), period=0.1, max_age=0.2)
+    gate = SafetyGate(wheels, clock, ActuatorLimits((-1.2,), (1.2,), together=True), period=0.1, max_age=0.2)
     body.gates.append(gate)
     gate.command([1.0, 1.0])
     for _ in range(10):

@@ -14,7 +14,7 @@ from rocs_bt.catalog import RobotSpec
 from rocs_bt.devices.mujoco import MujocoWorld
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.device import Actuator
-from rocs_bt.interfaces.safety import SafetyGate
+from rocs_bt.interfaces.safety_gate import SafetyGate
 from tests.made_devices import make_device
 
 MakeWorld = Callable[..., MujocoWorld]

@@ -3,15 +3,15 @@
 from .beams import Beams, Scan
 from .motion_belief import MotionBelief
 from .segments import Segments, segments_of
-from .tracker import Tracker, TrackerSettings, Tracks
+from .tracker import TrackedObjects, Tracker, TrackerSettings
 
 __all__ = [
     "Beams",
     "MotionBelief",
     "Scan",
     "Segments",
+    "TrackedObjects",
     "Tracker",
     "TrackerSettings",
-    "Tracks",
     "segments_of",
 ]

@@ -94,7 +94,7 @@ def _rows(*shape: int) -> Array:
 
 
 @dataclass(eq=False)
-class Tracks:
+class TrackedObjects:
     """State estimates of n objects; the tracker changes the arrays.
 
     Attributes:
@@ -124,14 +124,14 @@ class Tracks:
     def __len__(self) -> int:
         return len(self.ids)
 
-    def taken(self, chosen: Flags) -> Tracks:
+    def taken(self, chosen: Flags) -> TrackedObjects:
         """The tracks that a mask chooses."""
-        return self if chosen.all() else Tracks(*(getattr(self, each.name)[chosen] for each in fields(self)))
+        return self if chosen.all() else TrackedObjects(*(getattr(self, each.name)[chosen] for each in fields(self)))
 
-    def joined(self, other: Tracks) -> Tracks:
+    def joined(self, other: TrackedObjects) -> TrackedObjects:
         """These tracks and others."""
         names = [each.name for each in fields(self)]
-        return Tracks(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in names))
+        return TrackedObjects(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in names))
 
     @property
     def speed(self) -> Array:
@@ -165,7 +165,7 @@ class Tracker:
 
     def __init__(self, settings: TrackerSettings | None = None) -> None:
         self.settings = settings or TrackerSettings()
-        self.tracks = Tracks()
+        self.tracks = TrackedObjects()
         self._past = PastScans()
         self._count = 0
         self._t = math.nan
@@ -263,7 +263,7 @@ class Tracker:
         covariance = np.zeros((n, 4, 4))
         covariance[:, :2, :2] = covariances
         covariance[:, 2, 2] = covariance[:, 3, 3] = self.settings.speed_noise**2
-        new = Tracks(
+        new = TrackedObjects(
             ids=self._count + 1 + np.arange(n),
             mean=np.column_stack([centres, np.zeros((n, 2))]),
             covariance=covariance,
@@ -288,14 +288,14 @@ class Tracker:
         tracks.confirmed = tracks.confirmed | (tracks.existence >= CONFIRMED)
 
 
-def _inside(points: Array, tracks: Tracks) -> Flags:
+def _inside(points: Array, tracks: TrackedObjects) -> Flags:
     """Whether each point is inside an object that is tracked already, such as a second part of it, shape (s,)."""
     dx, dy = (points[:, None] - tracks.mean[:, :2]).transpose(2, 0, 1)
     inside: Flags = (np.hypot(dx, dy) < tracks.radius).any(axis=1)
     return inside
 
 
-def _pairs(tracks: Tracks, segments: Segments) -> tuple[Numbers, Numbers]:
+def _pairs(tracks: TrackedObjects, segments: Segments) -> tuple[Numbers, Numbers]:
     """Indices of the tracks and of the segments that are assigned to each other."""
     if not len(tracks) or not len(segments):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ...base.clock import Clock, SimulatedClock
 from ...base.errors import BlockError, DeviceError, Fault, InputError
 from ...base.geometry import Pose2
-from ...interfaces.safety import SafetyGate
+from ...interfaces.safety_gate import SafetyGate
 from .body import Controls, FreeBody, Motors, RobotBody
 from .carrying_geoms import carrying_geoms
 from .rays import Scan

@@ -21,7 +21,7 @@ from ...base.clock import Clock
 from ...base.errors import InputError, unknown
 from ...base.geometry import Pose2, Pose3, Twist3, along_arc
 from ...control.locomotion import Locomotion
-from ...interfaces.safety import SafetyGate
+from ...interfaces.safety_gate import SafetyGate
 from .scene import Array, Rays
 
 Point: TypeAlias = tuple[float, float]

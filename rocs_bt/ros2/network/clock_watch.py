@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from ...base.errors import ActuatorError, DeviceError
 from ...catalog import RobotSpec
-from ...interfaces.safety import SafetyGate
+from ...interfaces.safety_gate import SafetyGate
 from .sim_clock import SimTimeClock
 
 PATIENCE = 5.0

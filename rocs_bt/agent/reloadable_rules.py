@@ -25,7 +25,7 @@ POLL = 0.2
 """Interval at which the thread of a RuleWatch checks the files [s]."""
 
 
-class RuleFile:
+class ReloadableRules:
     """Rule file of an agent, which can be reloaded while the agent runs.
 
     Args:
@@ -149,7 +149,7 @@ class RuleWatch:
 
     def __init__(
         self,
-        files: Iterable[tuple[str, RuleFile]],
+        files: Iterable[tuple[str, ReloadableRules]],
         clock: Clock,
         sink: EventSink,
         *,
@@ -161,7 +161,7 @@ class RuleWatch:
         self._clock = clock
         self._sink = sink
         self._watching = watching
-        self._requested: SimpleQueue[tuple[str, RuleFile]] = SimpleQueue()
+        self._requested: SimpleQueue[tuple[str, ReloadableRules]] = SimpleQueue()
         self._stop = threading.Event()
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, name="rule files", daemon=True)

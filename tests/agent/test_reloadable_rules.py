@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
-from rocs_bt.agent import RuleFile, RuleWatch
+from rocs_bt.agent import ReloadableRules, RuleWatch
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.signal import Signal
@@ -39,7 +39,7 @@ class Folder:
             "differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0
         )
         own = {k: Override(v) for k, v in overrides.items()}
-        self.rules = RuleFile(self.file, ENVIRONMENT, ACTIONS, own, knowledge)
+        self.rules = ReloadableRules(self.file, ENVIRONMENT, ACTIONS, own, knowledge)
         self.sink = ListSink()
 
     def look(self):
@@ -149,8 +149,8 @@ def test_a_watching_thread_that_fails_says_so_where_it_is_waited_for(tmp_path, m
     def broken(*args):
         raise RuntimeError("a defect")
 
-    monkeypatch.setattr(RuleFile, "changed", broken)
-    monkeypatch.setattr("rocs_bt.agent.rule_files.POLL", 0.001)
+    monkeypatch.setattr(ReloadableRules, "changed", broken)
+    monkeypatch.setattr("rocs_bt.agent.reloadable_rules.POLL", 0.001)
     watch = RuleWatch([("R1", folder.rules)], SimulatedClock(0.05), folder.sink, watching=True)
     with pytest.raises(RuntimeError, match="a defect"), watch:
         watch._thread.join(5.0)

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.event import CommandExpired, CommandLimited, LandingBegan, ListSink
+from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.interfaces.device import Actuator
-from rocs_bt.interfaces.safety import Landing, Limits, SafetyGate
+from rocs_bt.interfaces.safety_gate import Landing, SafetyGate
 
-WHEELS = Limits((-1.2,), (1.2,), together=True)
+WHEELS = ActuatorLimits((-1.2,), (1.2,), together=True)
 
 
 class Wheels(Actuator):
@@ -66,7 +67,7 @@ def test_each_command_restarts_the_age(clock):
 def test_after_a_silence_that_nobody_checked_commands_begin_at_neutral(clock):
     """A process that was stopped, or whose interpreter was held, may command before its watchdog is checked."""
     wheels, sink = Wheels(), ListSink()
-    gate = gate_of(wheels, clock, Limits((-1.2,), (1.2,), max_change=4.0, together=True), sink)
+    gate = gate_of(wheels, clock, ActuatorLimits((-1.2,), (1.2,), max_change=4.0, together=True), sink)
     for _ in range(6):
         clock.advance(10)
         gate.command([1.0, 1.0])
@@ -158,7 +159,7 @@ def test_a_command_that_the_driver_refuses_does_not_count_for_the_limit_of_chang
             raise DeviceError("no")
 
     wheels = Wheels()
-    gate = gate_of(wheels, clock, Limits((-1.2,), (1.2,), max_change=1.0, together=True))
+    gate = gate_of(wheels, clock, ActuatorLimits((-1.2,), (1.2,), max_change=1.0, together=True))
     gate.wrap(lambda device: Refusing())
     for _ in range(20):
         with pytest.raises(DeviceError):
@@ -204,7 +205,7 @@ def test_a_command_within_the_limits_passes_as_it_is(clock):
 
 def test_values_that_are_no_wheels_are_limited_each_by_itself(clock):
     arm = Wheels()
-    limits = Limits((0.1, -2.0), (0.5, 2.0), max_change=1.0)
+    limits = ActuatorLimits((0.1, -2.0), (0.5, 2.0), max_change=1.0)
     gate = gate_of(arm, clock, limits)
     assert gate.give([0.9, 1.0]) == pytest.approx([0.15, 0.05])  # from the rest at (0.1, 0), in one period
     clock.advance(10)
@@ -213,7 +214,7 @@ def test_values_that_are_no_wheels_are_limited_each_by_itself(clock):
 
 def test_neutral_is_exempt_from_the_limit_of_change(clock):
     wheels = Wheels()
-    gate = gate_of(wheels, clock, Limits((-1.2,), (1.2,), max_change=1.0, together=True))
+    gate = gate_of(wheels, clock, ActuatorLimits((-1.2,), (1.2,), max_change=1.0, together=True))
     for _ in range(20):
         gate.command([1.0, 1.0])
         clock.advance(10)
@@ -237,12 +238,12 @@ def test_neutral_is_exempt_from_the_limit_of_change(clock):
 )
 def test_limits_that_mean_nothing_are_refused(low, high, more, message):
     with pytest.raises(InputError, match=message):
-        Limits(low, high, **more)
+        ActuatorLimits(low, high, **more)
 
 
 def test_bounds_for_another_number_of_values_are_refused(clock):
     with pytest.raises(InputError, match="bounds for 3 values, but a command has 2"):
-        gate_of(Wheels(), clock, Limits((-1.0,) * 3, (1.0,) * 3))
+        gate_of(Wheels(), clock, ActuatorLimits((-1.0,) * 3, (1.0,) * 3))
 
 
 VALUES = st.floats(-1e12, 1e12, allow_nan=False)
@@ -261,7 +262,7 @@ STEPS = st.lists(
 )
 def test_no_sequence_of_commands_gets_a_value_past_the_gate(steps, low, high, change, together):
     clock, wheels = SimulatedClock(0.005), Wheels()
-    gate = gate_of(wheels, clock, Limits((-low,), (high,), change, together))
+    gate = gate_of(wheels, clock, ActuatorLimits((-low,), (high,), change, together))
     last, at, before, before_at = [0.0, 0.0], -math.inf, [0.0, 0.0], -math.inf
     for kind, argument in steps:
         if kind == "wait":
@@ -286,7 +287,7 @@ def test_no_sequence_of_commands_gets_a_value_past_the_gate(steps, low, high, ch
 
 @given(st.tuples(VALUES, VALUES), st.floats(0.1, 3.0))
 def test_one_factor_scales_wheels_into_their_range(wanted, limit):
-    given = Limits((-limit,) * 2, (limit,) * 2, together=True).apply(wanted, (0.0, 0.0), 0.05)
+    given = ActuatorLimits((-limit,) * 2, (limit,) * 2, together=True).apply(wanted, (0.0, 0.0), 0.05)
     largest = max(map(abs, wanted))
     factor = min(1.0, limit / largest) if largest > 0.0 else 1.0
     assert given == pytest.approx([v * factor for v in wanted], rel=1e-9, abs=1e-300)
@@ -294,8 +295,8 @@ def test_one_factor_scales_wheels_into_their_range(wanted, limit):
 
 @given(st.tuples(VALUES, VALUES), st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)), st.floats(0.1, 50.0))
 def test_one_factor_scales_a_change_of_wheel_speeds(wanted, last, change):
-    given = Limits((-1.0,) * 2, (1.0,) * 2, change, together=True).apply(wanted, last, 0.05)
-    reached = Limits((-1.0,) * 2, (1.0,) * 2, together=True).apply(wanted, last, 0.05)
+    given = ActuatorLimits((-1.0,) * 2, (1.0,) * 2, change, together=True).apply(wanted, last, 0.05)
+    reached = ActuatorLimits((-1.0,) * 2, (1.0,) * 2, together=True).apply(wanted, last, 0.05)
     steps, full = ([v - w for v, w in zip(values, last, strict=True)] for values in (given, reached))
     assert steps[0] * full[1] == pytest.approx(steps[1] * full[0], abs=1e-9)
 
@@ -305,7 +306,7 @@ DOWN = (0.0, 0.0, -0.3, 0.0)
 
 def lander(clock, sink=None):
     body = Wheels(4)
-    limits = Limits((-1.0,) * 4, (1.0,) * 4, together=True)
+    limits = ActuatorLimits((-1.0,) * 4, (1.0,) * 4, together=True)
     landing = Landing(5.0, DOWN)
     return body, SafetyGate(body, clock, limits, period=0.05, max_age=0.2, sink=sink, agent="R4", landing=landing)
 
@@ -391,7 +392,7 @@ def test_a_command_that_comes_just_before_the_landing_is_kept(clock):
 
 def test_a_twist_changes_by_the_limit_of_each_axis_and_the_climb_by_itself(clock):
     body = Wheels(4)
-    limits = Limits((-5.0, -5.0, -1.0, -1.0), (5.0, 5.0, 1.0, 1.0), (1.0, 1.0, 0.5, 2.0), True, (2,))
+    limits = ActuatorLimits((-5.0, -5.0, -1.0, -1.0), (5.0, 5.0, 1.0, 1.0), (1.0, 1.0, 0.5, 2.0), True, (2,))
     gate = SafetyGate(body, clock, limits, period=0.1, max_age=0.3)
     gate.command([0.0, 0.0, 1.0, 4.0])
     clock.advance(20)
@@ -400,4 +401,4 @@ def test_a_twist_changes_by_the_limit_of_each_axis_and_the_climb_by_itself(clock
     gate.neutral()
     assert body.log[-1] == [0.0] * 4
     with pytest.raises(InputError, match="one rate for each of 2 values"):
-        Limits((-1.0, -1.0), (1.0, 1.0), (1.0,))
+        ActuatorLimits((-1.0, -1.0), (1.0, 1.0), (1.0,))
