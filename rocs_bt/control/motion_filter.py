@@ -17,6 +17,7 @@ import numpy as np
 
 from ..base.geometry import Pose2, wrap_angle
 from .locomotion import Array
+from .pose_filter import major_deviation
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,7 @@ class MotionFilter:
     @property
     def spread(self) -> float:
         """Standard deviation of the position along the major axis of its error ellipse [m]."""
-        (a, b), (_, d) = self.covariance[:2, :2].tolist()
-        return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
+        return major_deviation(self.covariance)
 
 
 def _disturbance(noise: MotionNoise, dt: float) -> Array:

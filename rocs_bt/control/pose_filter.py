@@ -123,8 +123,7 @@ class PoseFilter:
     @property
     def spread(self) -> float:
         """Standard deviation of the position along the major axis of its error ellipse [m]."""
-        (a, b), (_, d) = self.covariance[:2, :2].tolist()
-        return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
+        return major_deviation(self.covariance)
 
     def _correct(self, which: Sequence[int], error: Array, deviation: float) -> None:
         """Correct the variables `which` by measured minus estimated values with standard deviations."""
@@ -137,3 +136,9 @@ class PoseFilter:
         rest = np.eye(4) - gain @ chosen
         # Joseph form: stays symmetric and positive under rounding.
         self.covariance = rest @ self.covariance @ rest.T + gain @ spread @ gain.T
+
+
+def major_deviation(covariance: Array) -> float:
+    """Standard deviation along the major axis of the error ellipse of a covariance's first two variables."""
+    (a, b), (_, d) = covariance[:2, :2].tolist()
+    return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))

@@ -9,6 +9,7 @@ solution exists, the expression is never true; but a solution is only a candidat
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
@@ -146,19 +147,19 @@ def choice(test: Term, a: Term, b: Term) -> Term:
 def conjunction(t: Question, *groups: Any) -> Truth:
     """Conjunction in three-valued logic."""
     truths = _flat(*groups)
-    valid = all_of(*(each.valid for each in truths))
-    if valid is not True:
-        valid = any_of(valid, *(each.false for each in truths))
-    return Truth(all_of(*(each.true for each in truths)), valid)
+    return Truth(all_of(*(each.true for each in truths)), _decided(truths, (each.false for each in truths)))
 
 
 def disjunction(t: Question, *groups: Any) -> Truth:
     """Disjunction in three-valued logic."""
     truths = _flat(*groups)
+    return Truth(any_of(*(each.true for each in truths)), _decided(truths, (each.true for each in truths)))
+
+
+def _decided(truths: Sequence[Truth], deciding: Iterable[Term]) -> Term:
+    """Whether all truth values are valid, or one decides the result whatever the others are."""
     valid = all_of(*(each.valid for each in truths))
-    if valid is not True:
-        valid = any_of(valid, *(each.true for each in truths))
-    return Truth(any_of(*(each.true for each in truths)), valid)
+    return valid if valid is True else any_of(valid, *deciding)
 
 
 def negated(truth: Truth) -> Truth:

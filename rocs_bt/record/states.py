@@ -194,11 +194,16 @@ def plain_value(value: object) -> Any:
     return {name: each for name, each in plain.items() if name not in unseen} if unseen else plain
 
 
+def shown_number(value: float, digits: int) -> float | str:
+    """A number with so many digits; one that is not finite as text."""
+    if math.isfinite(value):
+        return float(f"{value:.{digits}g}")
+    return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
+
+
 def _finite(value: Any) -> Any:
-    if isinstance(value, float) and math.isfinite(value):
-        return float(f"{value:.8g}")
     if isinstance(value, float):
-        return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
+        return shown_number(value, 8)
     if isinstance(value, dict):
         return {name: _finite(inner) for name, inner in value.items()}
     return [_finite(inner) for inner in value] if isinstance(value, (list, tuple)) else value

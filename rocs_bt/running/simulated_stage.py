@@ -232,7 +232,7 @@ class SimulatedStage:
 
     def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
         name, world, judge = agent.name, self._world, self.judges[agent.name]
-        pose, z = world.pose(name), world.position(name)[2] if name in self.simulated.spatial else math.nan
+        pose, z = world.pose(name), world.pose3(name).z if name in self.simulated.spatial else math.nan
         for goal in self.simulated.goals.get(name, ()):
             if not goal.reached(pose, z):
                 self._inside.discard((name, goal.name))

@@ -163,8 +163,7 @@ class _TestRig:
 
     def step(self, command: Array) -> None:
         """Move for one control period with a command (m,); raises InputError."""
-        x, y, yaw = self.world.pose(_NAME)
-        z = self.world.position(_NAME)[2]
+        x, y, z, _, _, yaw = self.world.pose3(_NAME)
         self._commanded = command.tolist()
         self._motion.command(self._commanded)
         self.world.advance(self._every)

@@ -150,7 +150,7 @@ class _Camera:
         with self._world.lock:
             self._world.update_poses()
             if self._follow:
-                self._view.lookat[:] = self._world.position(self._follow)
+                self._view.lookat[:] = self._world.pose3(self._follow)[:3]
             mj.mjv_updateScene(
                 self._model,
                 self._world.data,

@@ -13,7 +13,7 @@ import msgspec
 from ..event import Event
 from ..record import RunHeader
 from ..record.comparisons import Comparisons
-from ..record.states import Key
+from ..record.states import Key, shown_number
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
 from .pack import TIME, Json, Numbers, address, head, items, log_line, opens_at, plain, samples_shown, text
@@ -186,10 +186,4 @@ def _times(t: Sequence[float]) -> list[float]:
 
 
 def _values(rows: Numbers) -> list[list[float | str]]:
-    return [[_number(value) for value in row] for row in rows.tolist()]
-
-
-def _number(value: float) -> float | str:
-    if math.isfinite(value):
-        return float(f"{value:.{_DIGITS}g}")
-    return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
+    return [[shown_number(value, _DIGITS) for value in row] for row in rows.tolist()]

@@ -62,7 +62,7 @@ class Arm(MujocoActuator):
         self.times.append(t)
         world = self.world
         assert t == world.stamp
-        assert world.position(self.robot) == world.data.qpos[:3].tolist()
+        assert list(world.pose3(self.robot)[:3]) == world.data.qpos[:3].tolist()
         assert world.pose(self.robot)[:2] == tuple(world.data.qpos[:2].tolist())
         angle, rate = world.joint_positions(self.controls), world.joint_velocities(self.controls)
         torque = 30.0 * (self.target - angle) - 1.0 * rate + self.rng.normal(0.0, 0.05)

@@ -161,7 +161,7 @@ class TestAction:
         body = stage.world
         body.place("R2", Pose2(0.05, 0.0, 0.0))
         agent.step(0)
-        assert body.position("R2")[2] != 0.0
+        assert body.pose3("R2").z != 0.0
         assert agent.knowledge.signals.value("goal_distance", stage.clock.now()) == pytest.approx(0.05, abs=1e-6)
 
 

@@ -43,7 +43,7 @@ class Flight:
     @property
     def position(self) -> list[float]:
         """x, y, z [m]."""
-        return self.world.position("R")
+        return list(self.world.pose3("R")[:3])
 
     @property
     def charge(self) -> float:

@@ -27,7 +27,7 @@ def test_it_stands_still_without_stepping(walker: MakeWalker) -> None:
     start, height = robot.world.pose("R"), []
     for _ in range(100):
         robot.wait(0.1)
-        height.append(robot.world.position("R")[2])
+        height.append(robot.world.pose3("R").z)
     end = robot.world.pose("R")
     assert start.distance(end) < 0.002
     assert abs(wrap_angle(end.yaw - start.yaw)) < math.radians(0.2)

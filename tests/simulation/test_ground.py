@@ -31,7 +31,7 @@ BLOCK = GroundSpec(name="block", kind="step", pose=Pose2(1.0, 0.0), length=0.4, 
 
 def test_a_robot_drives_up_a_slope_which_is_no_obstacle(built) -> None:
     simulated = built(SLOPE)
-    level = built().world.position("R2")[2]
+    level = built().world.pose3("R2").z
     heights, world = driven(simulated, 5.0), simulated.world
     x = world.pose("R2").x
     assert 0.4 < x < 0.8
@@ -57,7 +57,7 @@ def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(
     assert 0.02 < max(tops) <= 0.03
     assert min(tops) >= 0.0
     assert one.ground_height(2.0, 0.0) == 0.0
-    assert one.position("R2")[2] - built().world.position("R2")[2] > 0.015
+    assert one.pose3("R2").z - built().world.pose3("R2").z > 0.015
 
 
 NARROW = GroundSpec(name="sill", kind="step", pose=Pose2(0.05, 0.0, 0.4), length=0.02, width=2.0, height=0.2)
@@ -72,7 +72,7 @@ SPIKES = GroundSpec(
 def test_a_robot_starts_above_narrow_ground(built, ground, yaw) -> None:
     world = built(ground, at=Pose2(0.0, 0.0, yaw)).world
     mujoco.mj_forward(world.model, world.data)
-    assert world.position("R2")[2] > 0.15
+    assert world.pose3("R2").z > 0.15
     assert min((contact.dist for contact in world.data.contact), default=0.0) > -1e-3
 
 
@@ -99,7 +99,7 @@ def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
     world.data.qpos[q + 2] += 0.3
     world.data.qpos[q + 3 : q + 7] = 0.0, 1.0, 0.0, 0.0  # on its back
     world.advance(300)
-    assert world.position("R2")[2] > 0.3
+    assert world.pose3("R2").z > 0.3
     assert world.ground_contact("R2") == "hull"
     assert world.contacts() == []
 

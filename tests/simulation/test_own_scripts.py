@@ -13,6 +13,8 @@ from rocs_bt.event import BodyMoved, ListSink
 from rocs_bt.record import Recording
 from rocs_bt.running.replay import replay
 
+from ..changes import edit
+
 PAGE = (Path(__file__).parents[2] / "docs/families.md").read_text("utf-8")
 FILES = dict(re.findall(r"Save as `(.+?)`:\n\n```\w+\n(.*?)```", PAGE, re.DOTALL))
 SCRIPT, SCENARIO = "scenarios/people.py", "scenarios/round.toml"
@@ -48,12 +50,6 @@ def project(tmp_path: Path) -> Path:
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, "utf-8")
     return tmp_path
-
-
-def edit(project: Path, file: str, old: str, new: str) -> None:
-    text = (project / file).read_text("utf-8")
-    assert old in text
-    (project / file).write_text(text.replace(old, new), "utf-8")
 
 
 def moved(project: Path, name: str, duration: float, **given) -> list[BodyMoved]:
@@ -105,13 +101,13 @@ def test_a_script_drives_a_robot(project: Path) -> None:
     ],
 )
 def test_a_faulty_script_is_reported_at_its_line_by_the_check(project, file, old, new, told) -> None:
-    edit(project, file, old, new)
+    edit(project / file, old, new)
     lines = [str(fault) for fault in check_content([project / SCENARIO]).faults]
     assert any(told in line for line in lines), lines
 
 
 def test_an_exception_of_a_script_ends_the_run_at_its_line(project: Path) -> None:
-    edit(project, SCRIPT, "way = ", "way = 1 / (t < 0.5) * ")
+    edit(project / SCRIPT, "way = ", "way = 1 / (t < 0.5) * ")
     with pytest.raises(InputError, match=r"people\.py:14: Circle of this file raised ZeroDivisionError"):
         run("round", Catalog(project), duration=2.0)
 
@@ -126,6 +122,6 @@ def test_a_recording_replays_until_the_script_changes(project: Path) -> None:
     run("round", Catalog(project), duration=1.0, out=out)
     recording = Recording.open(out)
     assert replay(recording, Catalog(project)) is None
-    edit(project, SCRIPT, "1.0 - cos", "1.00 - cos")
+    edit(project / SCRIPT, "1.0 - cos", "1.00 - cos")
     with pytest.raises(RecordingError, match="has changed since"):
         replay(recording, Catalog(project))

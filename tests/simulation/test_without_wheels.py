@@ -69,7 +69,7 @@ class Thrust(MujocoActuator):
 class Motion(MujocoSensor):
     def sample(self):
         twist = self.world.twist(self.robot)
-        return [twist.forward, twist.turn, self.world.position(self.robot)[2]]
+        return [twist.forward, twist.turn, self.world.pose3(self.robot).z]
 
 
 class MotionMonitor(Monitor):

@@ -39,5 +39,5 @@ def driven(simulated, seconds: float, speed: float = 0.3) -> list[float]:
         for actor in simulated.actors:
             actor.step(simulated.clock.now())
         simulated.world.advance(10)
-        heights.append(simulated.world.position("R2")[2])
+        heights.append(simulated.world.pose3("R2").z)
     return heights

@@ -113,12 +113,6 @@ class WorldState:
         i, j = state[q + 4], state[q + 5]
         return math.acos(max(-1.0, 1.0 - 2.0 * (i * i + j * j)))
 
-    def position(self, robot: str) -> list[float]:
-        """Position x, y, z of a robot's base [m], world frame."""
-        q = self.body(robot).q
-        with self.lock:
-            return [*self._qpos[q : q + 3]]
-
     def twist(self, robot: str) -> Twist2:
         """True velocity of a robot's base, body frame."""
         v, yaw = self.body(robot).v, self.pose(robot).yaw

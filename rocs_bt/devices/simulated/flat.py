@@ -82,9 +82,6 @@ class FlatWorld:
         x, y, yaw = self.pose(robot)
         return Pose3(x, y, 0.0, yaw=yaw)
 
-    def position(self, robot: str) -> list[float]:
-        return [*self.pose(robot)[:2], 0.0]
-
     def twist3(self, robot: str) -> Twist3:
         return self.robots[robot].locomotion.twist3(self.robots[robot].motion)
 

@@ -74,7 +74,7 @@ class Position(PoseSensor):
     errors: ClassVar[int] = 2
 
     def sample(self) -> list[float]:
-        found = self.world.position(self.robot)
+        found = [*self.world.pose3(self.robot)[:3]]
         if self.odometer is not None:
             found[:2] = self.base()[:2]
         if self.drift or self.jump:
@@ -141,7 +141,7 @@ class Height(SimulatedSensor):
     size: ClassVar[int] = 1
 
     def sample(self) -> list[float]:
-        return self.world.position(self.robot)[2:]
+        return [self.world.pose3(self.robot).z]
 
 
 class Gyro(SimulatedSensor):

@@ -48,10 +48,6 @@ class Scene(Protocol):
         """Pose of a robot's base in space, world frame."""
         ...
 
-    def position(self, robot: str) -> list[float]:
-        """x, y, z of the origin of a robot's base [m], world frame."""
-        ...
-
     def twist3(self, robot: str) -> Twist3:
         """Velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
         ...
