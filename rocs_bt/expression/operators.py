@@ -1,9 +1,9 @@
 """Table of operators: those of the language, and the instructions of programs.
 
-A row has the types of an operator, its text for the manual, its meaning for the prover (`z3`), and the instruction that
-computes it: `numpy` here, and the row of the same name in `kernel/operators.h`, which has the same order. A new
-function is a row here and one there. `program` defines what each instruction computes; all NaN rules are in these
-functions.
+A row has the types of an operator, its text for the manual, its meaning for the prover (`z3`, `valid`), and the
+instruction that computes it: `numpy` here, and the row of the same name in `kernel/operators.h`, which has the same
+order. A new function is a row here and one there. `program` defines what each instruction computes; all NaN rules are
+in these functions.
 """
 
 from __future__ import annotations
@@ -51,6 +51,8 @@ class Operator:
         window: Whether the last argument of the function is the length of a time window.
         cells: Number of cells of a CELLS instruction.
         z3: Meaning for the prover, a function of a `symbolic.Question` and of the operands; None if unknown.
+        valid: Valid operands with which the result is certainly valid: `all`, or the `finite` ones; `analysis.validity` has
+            the exceptions.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Operator:
     window: bool = False
     cells: int = 0
     z3: Callable[..., Any] | None = None
+    valid: str = ""
 
 
 def _scalar(function: Callable[..., float]) -> Callable[..., Numbers]:
@@ -144,21 +147,24 @@ _sum = _fold(np.add)
 
 TABLE = (
     Operator("load", Form.EACH, 0),
-    Operator("neg", Form.EACH, 1, np.negative, z3=lambda t, a: symbolic.negative(a)),
-    Operator("add", Form.EACH, 2, np.add, z3=symbolic.total),
-    Operator("sub", Form.EACH, 2, np.subtract, z3=symbolic.difference),
-    Operator("mul", Form.EACH, 2, np.multiply, z3=symbolic.product),
-    Operator("div", Form.EACH, 2, lambda a, b: np.where(b == 0.0, np.nan, a / b), z3=symbolic.quotient),
+    Operator("neg", Form.EACH, 1, np.negative, z3=lambda t, a: symbolic.negative(a), valid="all"),
+    Operator("add", Form.EACH, 2, np.add, z3=symbolic.total, valid="finite"),
+    Operator("sub", Form.EACH, 2, np.subtract, z3=symbolic.difference, valid="finite"),
+    Operator("mul", Form.EACH, 2, np.multiply, z3=symbolic.product, valid="finite"),
+    Operator("div", Form.EACH, 2, lambda a, b: np.where(b == 0.0, np.nan, a / b), z3=symbolic.quotient, valid="all"),
     Operator("min2", Form.EACH, 2, lambda a, b: _where_valid(np.where(b < a, b, a), a, b)),
     Operator("max2", Form.EACH, 2, lambda a, b: _where_valid(np.where(b > a, b, a), a, b)),
-    Operator("select", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(c == 1.0, a, b), c), z3=symbolic.select),
+    Operator(
+        "select", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(c == 1.0, a, b), c), z3=symbolic.select,
+        valid="all",
+    ),
     Operator("lt", Form.EACH, 2, lambda a, b: _where_valid(a < b, a, b), z3=symbolic.less),
     Operator("le", Form.EACH, 2, lambda a, b: _where_valid(a <= b, a, b), z3=symbolic.less_or_equal),
     Operator("eq", Form.EACH, 2, lambda a, b: _where_valid(a == b, a, b), z3=symbolic.equal),
     Operator("ne", Form.EACH, 2, lambda a, b: _where_valid(a != b, a, b), z3=symbolic.different),
-    Operator("not", Form.EACH, 1, lambda a: 1.0 - a, z3=lambda t, a: symbolic.negated(a)),
-    Operator("and", Form.EACH, 2, _and, z3=symbolic.conjunction),
-    Operator("or", Form.EACH, 2, _or, z3=symbolic.disjunction),
+    Operator("not", Form.EACH, 1, lambda a: 1.0 - a, z3=lambda t, a: symbolic.negated(a), valid="all"),
+    Operator("and", Form.EACH, 2, _and, z3=symbolic.conjunction, valid="all"),
+    Operator("or", Form.EACH, 2, _or, z3=symbolic.disjunction, valid="all"),
     Operator("gap", Form.EACH, 3, lambda a, b, c: _where_valid(np.where(a == b, 0.0, (b - a) / c), a, b)),
     Operator("worst", Form.EACH, 2, _worst),
     Operator("best", Form.EACH, 2, _best),
@@ -169,43 +175,45 @@ TABLE = (
     Operator("since_margin", Form.RING, 2, temporal.since_margin),
     Operator(
         "min", Form.GROUP, 1, _min,
-        "min(group) or min(a, b, ...)", "the minimum", kinds.one_unit, z3=symbolic.least,
+        "min(group) or min(a, b, ...)", "the minimum", kinds.one_unit, z3=symbolic.least, valid="all",
     ),
     Operator(
         "max", Form.GROUP, 1, _max,
-        "max(group) or max(a, b, ...)", "the maximum", kinds.one_unit, z3=symbolic.greatest,
+        "max(group) or max(a, b, ...)", "the maximum", kinds.one_unit, z3=symbolic.greatest, valid="all",
     ),
-    Operator("sum", Form.GROUP, 1, _sum, "sum(group)", "the sum", kinds.one_group, z3=symbolic.total),
-    Operator("mean", Form.NONE, 1, None, "mean(group)", "the mean", kinds.one_group, z3=symbolic.mean),
+    Operator("sum", Form.GROUP, 1, _sum, "sum(group)", "the sum", kinds.one_group, z3=symbolic.total, valid="finite"),
+    Operator("mean", Form.NONE, 1, None, "mean(group)", "the mean", kinds.one_group, z3=symbolic.mean, valid="finite"),
     Operator(
         "any", Form.GROUP, 1, _fold(_or),
         "any(group < a)", "whether at least one comparison is true", kinds.truths(TRUTH), z3=symbolic.disjunction,
+        valid="all",
     ),
     Operator(
         "all", Form.GROUP, 1, _fold(_and), "all(group < a)", "whether all comparisons are true", kinds.truths(TRUTH),
-        z3=symbolic.conjunction,
+        z3=symbolic.conjunction, valid="all",
     ),
     Operator(
         "count", Form.GROUP, 1, _count, "count(group < a)", "the number of true comparisons", kinds.truths(PLAIN),
-        z3=symbolic.count,
+        z3=symbolic.count, valid="all",
     ),
     Operator(
         "abs", Form.EACH, 1, np.abs,
-        "abs(a)", "the absolute value, value by value", kinds.each_value, z3=symbolic.absolute,
+        "abs(a)", "the absolute value, value by value", kinds.each_value, z3=symbolic.absolute, valid="all",
     ),
     Operator(
         "clip", Form.EACH, 3, _clip,
         "clip(a, low, high)", "a limited to low and high, value by value; high has precedence", kinds.limited,
-        z3=symbolic.clip,
+        z3=symbolic.clip, valid="all",
     ),
     Operator(
         "hypot", Form.EACH, 2, _scalar(_hypot),
         "hypot(a, b)", "the length of the vector (a, b)", kinds.length, z3=symbolic.hypot,
     ),
-    Operator("sign", Form.EACH, 1, np.sign, "sign(a)", "-1, 0 or 1", kinds.direction, z3=symbolic.sign),
+    Operator("sign", Form.EACH, 1, np.sign, "sign(a)", "-1, 0 or 1", kinds.direction, z3=symbolic.sign, valid="all"),
     Operator(
         "side", Form.EACH, 1, lambda a: _where_valid(np.where(a >= 0.0, 1.0, -1.0), a),
         "side(a)", "-1 or 1; side(0) is 1, so that a turn is never zero", kinds.direction, z3=symbolic.side,
+        valid="all",
     ),
     Operator(
         "sqrt", Form.EACH, 1, np.sqrt,
@@ -226,7 +234,7 @@ TABLE = (
     ),
     Operator(
         "dot", Form.GROUP, 2, lambda group, vector: _sum(group * vector),
-        "dot(group, [a, b, ...])", "the dot product with constants", kinds.product, z3=symbolic.dot,
+        "dot(group, [a, b, ...])", "the dot product with constants", kinds.product, z3=symbolic.dot, valid="finite",
     ),
     Operator(
         "atan2", Form.EACH, 2, _scalar(math.atan2),

@@ -8,15 +8,9 @@ from itertools import pairwise
 
 from ...expression import Node
 from ...expression.node import TEMPORAL_OPS
+from ...expression.operators import ROWS, SIGNS
 
-_NEVER_INVALID = frozenset(
-    {"read", "number", "truth", "vector", "compare", "and", "or", "not", "if", "any", "all", "count"}
-    | {"neg", "abs", "min", "max", "side", "sign"}
-)
-"""Operators with a valid result for all valid operands, infinite ones included."""
-
-_ARITHMETIC = frozenset({"+", "-", "*", "sum", "mean", "dot"})
-"""Operators with a valid result for all finite operands."""
+_ALWAYS = ("read", "number", "truth", "vector", "compare")  # beside the operators of the table
 
 
 def monotone(node: Node) -> bool:
@@ -64,14 +58,14 @@ def _read_by(node: Node) -> set[int]:
 
 
 def _total(node: Node) -> bool:
-    if node.op in _ARITHMETIC and not _finite(node.args):
-        return False
     if node.op == "/" and not (_constant(node.args[1]) and node.args[1].value):
         return False
     if node.op == "clip" and not all(_constant(limit) for limit in node.args[1:]):
         return False
-    known = node.op in _NEVER_INVALID or node.op in _ARITHMETIC or node.op in ("/", "clip")
-    return known and all(_total(arg) for arg in node.args)
+    valid = "all" if node.op in _ALWAYS else ROWS[SIGNS.get(node.op, node.op)].valid
+    if not valid or (valid == "finite" and not _finite(node.args)):
+        return False
+    return all(_total(arg) for arg in node.args)
 
 
 def _finite(args: Iterable[Node]) -> bool:
