@@ -1,4 +1,4 @@
-"""Limit for the nesting depth of JSON from untrusted sources.
+"""Nested data: walks, and a limit for the depth of JSON from untrusted sources.
 
 JSON decoders recurse in C and rely on Python's recursion limit. A deep behaviour tree raises that limit for the whole
 process (see `trees`), so that hostile JSON could then overflow the stack and crash the process.
@@ -7,11 +7,24 @@ process (see `trees`), so that hostile JSON could then overflow the stack and cr
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 LIMIT = 500
 """Maximum nesting depth of lists and objects."""
 
 _MARKS = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', re.DOTALL)
+
+
+def descendants(root: T) -> Iterator[T]:
+    """A node, element or the like and all below it in their order, parents before children, without recursion."""
+    todo: list[Any] = [root]
+    while todo:
+        node = todo.pop()
+        yield node
+        todo += reversed(node.children)
 
 
 def too_deep(data: str | bytes) -> bool:

@@ -51,8 +51,8 @@ class Operator:
         window: Whether the last argument of the function is the length of a time window.
         cells: Number of cells of a CELLS instruction.
         z3: Meaning for the prover, a function of a `symbolic.Question` and of the operands; None if unknown.
-        valid: Valid operands with which the result is certainly valid: `all`, or the `finite` ones; `analysis.validity` has
-            the exceptions.
+        valid: Valid operands with which the result is certainly valid: `all`, or the `finite` ones; exceptions are in
+            `reactive.analysis.validity`.
     """
 
     name: str

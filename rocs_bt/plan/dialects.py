@@ -10,7 +10,6 @@ from ..base.errors import Fault, InputError, unknown
 from ..interfaces.vocabulary import NATIVE, Vocabulary, vocabularies, vocabulary_of
 from ..trees.nodes import BUILTIN, Registry
 from ..trees.xml.document import Document
-from ..trees.xml.element import below
 
 Defined = Callable[[set[str]], Collection[str]]
 
@@ -52,7 +51,7 @@ def recognise(tags: set[str], defined: Defined = lambda names: ()) -> str:
 
 def tags_of(document: Document) -> set[str]:
     """Names of all node classes that the trees of a document use, including SubTree."""
-    return {e.node_tag for tree in document.trees.values() for e in below(tree.body)}
+    return {element.node_tag for element in document.elements()}
 
 
 def dialect_in(document: Document, declared: str = "", defined: Defined = lambda names: ()) -> str:

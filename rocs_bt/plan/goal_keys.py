@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from ..base.errors import InputError
+from ..base.nesting import descendants
 from ..trees.nodes import CONDITIONS, Direction, Node, pointed
 from ..trees.script import parse_script
 from ..trees.xml.document import Document
-from ..trees.xml.element import Element, below
+from ..trees.xml.element import Element
 
 Use = tuple[str, bool]
 """Use of a key: the key, and whether it is written there before any read."""
@@ -39,7 +40,7 @@ def _uses(
         resolve: Function from a key of the tree to the key of the main blackboard, or None if it is another one's.
         open_trees: IDs of the tree and its ancestors; a tree that contains itself is not followed.
     """
-    for element in below(document.trees[tree].body):
+    for element in descendants(document.trees[tree].body):
         inner = element.attributes.get("ID", "")
         if element.tag != "SubTree":
             found = _node_uses(element, nodes.get(element.node_tag))

@@ -13,11 +13,12 @@ from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
 from ..base.errors import Fault, InputError
+from ..base.nesting import descendants
 from ..base.units import SPEED, TURN_RATE, Dimension
 from ..interfaces.action import parameters_of
 from ..knowledge import Knowledge
 from ..trees.examine import Flow, examine, flow_of, initial_value
-from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
+from ..trees.nodes import Direction, Node, Port, SubTree, Tree
 from ..trees.nodes.tree import fault_at
 from .act import Act
 from .action_node import ActionNode

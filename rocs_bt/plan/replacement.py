@@ -7,8 +7,9 @@ from pathlib import Path
 from py_trees.behaviour import Behaviour
 
 from ..base.errors import Fault, InputError, did_you_mean
+from ..base.nesting import descendants
 from ..trees.examine import flow_of
-from ..trees.nodes import Node, SubTree, Tree, descendants
+from ..trees.nodes import Node, SubTree, Tree
 from ..trees.nodes.swap import swapped_part
 from ..trees.xml.model import ModelPort
 from .context import MissionContext

@@ -17,13 +17,14 @@ from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
 from ..base.errors import Fault, InputError, interrupts
+from ..base.nesting import descendants
 from ..base.raised import Raised, from_actuator
 from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped, TreeNode
 from ..trees.board import Board
 from ..trees.draw import port_keys, ports_text
 from ..trees.error import TreeError
 from ..trees.examine import node_faults
-from ..trees.nodes import Node, Tree, descendants, halt
+from ..trees.nodes import Node, Tree, halt
 from ..trees.nodes.runtime import Caught
 from ..trees.nodes.swap import find_node, keys_restored, swapped_part
 from ..trees.status import RUNNING, SKIPPED, Outcome

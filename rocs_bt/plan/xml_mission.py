@@ -17,7 +17,7 @@ from ..trees.nodes import Direction, Node, Port, Registry, SubTree, pointer, por
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
-from ..trees.xml.element import Element, below
+from ..trees.xml.element import Element
 from ..trees.xml.load import make_nodes
 from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
@@ -32,7 +32,7 @@ Build = Callable[..., Any]
 
 def values_of(document: Document) -> set[str]:
     """All attribute values of nodes in a document's trees."""
-    return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
+    return {value for element in document.elements() for value in element.attributes.values()}
 
 
 def xml_mission(

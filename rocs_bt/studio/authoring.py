@@ -16,6 +16,7 @@ from typing import Any
 
 from ..base.errors import Fault, InputError
 from ..base.files import confined, is_file, read_bytes, unsaved, write_whole
+from ..base.nesting import descendants
 from ..catalog import TREES, Catalog, kind_of, make_entry
 from ..check import fitted_rules
 from ..reactive import run_tests, tested_file
@@ -315,7 +316,7 @@ def _tree(text: str) -> Json:
     """Elements of a mission in the order of the text, also while it is not well-formed."""
     document = parse(text, tolerant=True)
     rows = []
-    for element in document.below() if document else ():
+    for element in descendants(document) if document else ():
         if not element.tag:
             continue
         path = element.path

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.errors import InputError
+from rocs_bt.base.nesting import descendants
 from rocs_bt.studio.editing import insert, move, parse, remove, set_attribute
 from tests.cli.nav2_mission import mission
 
@@ -42,7 +43,7 @@ LAYOUT = """<?xml version="1.0"?>
 
 def places(text: str, seed: int, count: int) -> list[tuple[tuple[int, ...], tuple[int, ...], int]]:
     """Moves of nodes into places outside of them; all of them if there are fewer than `count`."""
-    elements = [e for e in parse(text).below() if e.tag]
+    elements = [e for e in descendants(parse(text)) if e.tag]
     found = [
         (node.path, parent.path, index)
         for node in elements
@@ -81,13 +82,13 @@ def away_and_back(text: str, node: tuple[int, ...], parent: tuple[int, ...], ind
 @pytest.mark.parametrize("file", [*SHIPPED, "nav2", "layout"], ids=lambda f: getattr(f, "stem", f))
 def test_a_node_moved_away_and_back_is_where_it_was_byte_for_byte(file):
     text = {"nav2": mission(), "layout": LAYOUT}[file] if isinstance(file, str) else file.read_text("utf-8")
-    tags = sorted(e.tag for e in parse(text).below())
+    tags = sorted(e.tag for e in descendants(parse(text)))
     wrong = 0
     for node, parent, index in places(text, 1, 250):
         moved, back = away_and_back(text, node, parent, index)
         document = parse(moved)
         assert document is not None, (node, parent, index)
-        assert sorted(e.tag for e in document.below()) == tags
+        assert sorted(e.tag for e in descendants(document)) == tags
         wrong += back != text
     assert wrong == 0
 
@@ -103,18 +104,18 @@ def test_a_move_changes_nothing_but_the_node(file):
 
 def test_comments_travel_with_their_node():
     document = parse(LAYOUT)
-    x = next(e for e in document.below() if e.tag == "X")
+    x = next(e for e in descendants(document) if e.tag == "X")
     moved = move(LAYOUT, x.path, (0, 0, 0), 3)
     assert "<!-- one -->" not in remove(LAYOUT, x.path)
     assert "behind X" not in remove(LAYOUT, x.path)
-    inside = next(e for e in parse(moved).below() if e.tag == "Sequence")
+    inside = next(e for e in descendants(parse(moved)) if e.tag == "Sequence")
     assert "<!-- one -->" in moved[inside.start : inside.end]
     assert "<!-- behind X -->" in moved[inside.start : inside.end]
 
 
 def test_a_new_node_is_indented_as_its_siblings_and_removed_without_a_trace():
     text = SHIPPED[0].read_text("utf-8")
-    for element in parse(text).below():
+    for element in descendants(parse(text)):
         if element.tag in ("root", "") or element.path[:1] != (0,):
             continue
         for index in range(len(element.children) + 1):
@@ -125,13 +126,13 @@ def test_a_new_node_is_indented_as_its_siblings_and_removed_without_a_trace():
 
 @pytest.mark.parametrize("value", ["2", 'a "b" <c> & d', "x\ny\tz", "{key}", "'", "ä → 漢"])
 def test_an_attribute_has_the_value_that_was_set_and_nothing_else_changes(value):
-    for element in parse(LAYOUT).below():
+    for element in descendants(parse(LAYOUT)):
         if not element.tag:
             continue
         for name in ("new", *(a.name for a in element.attributes)):
             changed = set_attribute(LAYOUT, element.path, name, value)
             assert parse(changed).at(element.path).value(name) == value
-            assert [e.tag for e in parse(changed).below()] == [e.tag for e in parse(LAYOUT).below()]
+            assert [e.tag for e in descendants(parse(changed))] == [e.tag for e in descendants(parse(LAYOUT))]
             assert set_attribute(set_attribute(changed, element.path, name, "1"), element.path, name, value) == changed
         assert set_attribute(set_attribute(LAYOUT, element.path, "new", value), element.path, "new", None) == LAYOUT
 
@@ -151,4 +152,4 @@ def test_a_text_in_the_middle_of_typing_still_has_its_elements():
     text = SHIPPED[0].read_text("utf-8")
     for end in range(0, len(text), 7):
         document = parse(text[:end], tolerant=True)
-        assert all(0 <= e.start <= e.inner <= e.close <= e.end <= end for e in document.below())
+        assert all(0 <= e.start <= e.inner <= e.close <= e.end <= end for e in descendants(document))

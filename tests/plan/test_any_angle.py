@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
+from rocs_bt.compare import length_of
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.plan import NoRoute
@@ -29,10 +30,6 @@ def knowing(occupied, **body):
     for _ in range(3):
         grid.add_scan(grid.centres(cells), np.empty((0, 2), np.intp))
     return knowledge
-
-
-def length(path):
-    return sum(math.dist(a, b) for a, b in pairwise(path))
 
 
 def middle(cell):
@@ -85,8 +82,8 @@ def test_it_is_free_and_no_longer_than_the_way_over_the_grid(occupied):
             route(knowledge, middle(start), middle(goal))
         return
     path = route(knowledge, middle(start), middle(goal))
-    assert length(path) <= shortest + 1e-9
-    assert length(path) >= math.dist(middle(start), middle(goal)) - 1e-9
+    assert length_of(path) <= shortest + 1e-9
+    assert length_of(path) >= math.dist(middle(start), middle(goal)) - 1e-9
     for a, b in pairwise(path):
         for x, y in np.linspace(a, b, 200):
             assert (math.floor(y / CELL + 1e-9), math.floor(x / CELL + 1e-9)) not in occupied or _on_border(x, y)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
+from rocs_bt.compare import length_of
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.plan import NoRoute
@@ -29,10 +30,6 @@ def knowing(*things, radius=0.2):
 
 def way(*things, start=START, goal=GOAL, clearance=0.1, radius=0.2):
     return PLANNER(knowing(*things, radius=radius)).route(start, goal, clearance)
-
-
-def length(path):
-    return sum(math.dist(a, b) for a, b in pairwise(path))
 
 
 def sampled(a, b, step=0.01):
@@ -55,7 +52,7 @@ def test_around_a_round_thing_it_is_little_longer_than_the_taut_string():
     path = way((Pose2(0.0, 0.0), {"radius": 0.5}))
     tangent = math.sqrt(9.0 - r * r)
     taut = 2.0 * tangent + 2.0 * r * math.asin(r / 3.0)
-    assert taut <= length(path) <= 1.01 * taut
+    assert taut <= length_of(path) <= 1.01 * taut
 
 
 @pytest.mark.parametrize(
@@ -123,4 +120,4 @@ def test_it_crosses_nothing_and_no_way_between_the_corners_is_shorter(things):
         assert not math.isfinite(far[0, 1])
         return
     assert min(gap(sampled(a, b), *thing).min() for a, b in pairwise(path) for thing in outer) > -1e-3
-    assert length(path) <= far[0, 1] + 0.02
+    assert length_of(path) <= far[0, 1] + 0.02

@@ -32,9 +32,7 @@ def recorded(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tracks(recorded):
-    tracks = Tracks(recorded.header)
-    tracks.take(recorded.events())
-    return tracks
+    return Tracks.of_recording(recorded)
 
 
 def test_each_guard_is_near_1_where_it_is_true_and_only_there(recorded, tracks):

@@ -34,9 +34,7 @@ from .. import synthetic
 
 @pytest.fixture(scope="module")
 def tracks(recording):
-    tracks = Tracks(recording.header)
-    tracks.take(recording.events())
-    return tracks
+    return Tracks.of_recording(recording)
 
 
 def test_the_state_at_any_time_is_that_of_the_events_before(recording, tracks):

@@ -6,10 +6,11 @@ import pytest
 
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
+from rocs_bt.base.nesting import descendants
 from rocs_bt.catalog import Catalog
 from rocs_bt.testing.missions import Breaks, Flaky, Raises, ScriptedOutcomes, inject, play, read_rules, substitute
 from rocs_bt.trees.error import TreeError
-from rocs_bt.trees.nodes import Tree, descendants
+from rocs_bt.trees.nodes import Tree
 from rocs_bt.trees.status import outcome_name
 from rocs_bt.trees.xml import load_xml
 

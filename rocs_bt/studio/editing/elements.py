@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.sax.saxutils import unescape
 
+from ...base.nesting import descendants
+
 NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
 """Regular expression of an XML name."""
 
@@ -88,21 +90,13 @@ class Element:
             element = element.children[index]
         return element
 
-    def below(self) -> Iterator[Element]:
-        """This element and all below it, in the order of the text."""
-        todo = [self]
-        while todo:
-            element = todo.pop()
-            yield element
-            todo += reversed(element.children)
-
     def value(self, name: str) -> str | None:
         """Value of an attribute; None if it is not given."""
         return next((a.value for a in self.attributes if a.name == name), None)
 
     def around(self, offset: int) -> Element:
         """Innermost element that contains an offset."""
-        return [e for e in self.below() if e.start <= offset <= e.end][-1]
+        return [e for e in descendants(self) if e.start <= offset <= e.end][-1]
 
 
 def parse(text: str, *, tolerant: bool = False) -> Element | None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from ...actions import action_table
 from ...base.errors import InputError
 from ...base.files import read_text
+from ...base.nesting import descendants
 from ...catalog import Catalog, make_entry
 from ...check.xml_mission import declared_dialect
 from ...declare import summary_of
@@ -157,9 +158,9 @@ def trees_in(path: Path, text: str) -> list[NodeInfo]:
     """Trees that a text defines, each with the keys that it uses as ports."""
     document = parse(text, tolerant=True)
     assert document is not None  # a tolerant parser always returns one
-    models = {e.value("ID"): e for e in document.below() if e.tag == "SubTree" and _in_models(e)}
+    models = {e.value("ID"): e for e in descendants(document) if e.tag == "SubTree" and _in_models(e)}
     found = []
-    for tree in document.below():
+    for tree in descendants(document):
         if tree.tag == "BehaviorTree" and (name := tree.value("ID")):
             keys = dict.fromkeys(KEY.findall(text[tree.inner : tree.close]))
             ports = {key: PortInfo(key, "inout", "key") for key in keys if key[0] not in "_@"}

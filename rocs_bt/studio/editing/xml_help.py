@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from ...base.nesting import descendants
 from .elements import NAME, Element, parse
 from .help import Description, Item, Place, names_instead
 from .vocabulary import KEY, NodeInfo, PortInfo, trees_in, vocabulary
@@ -143,7 +144,7 @@ def _writer(path: Path, text: str, key: str, code: bool) -> Place | None:
     """First node that writes a key: by an output port, or a script."""
     document = parse(text, tolerant=True)
     known = vocabulary(path, text, code=code)
-    for element in document.below() if document else ():
+    for element in descendants(document) if document else ():
         info = _info(element.tag, text[element.start : element.inner], known)
         outputs = {port.name for port in info.ports if port.direction != "input"} if info else set()
         for a in element.attributes:

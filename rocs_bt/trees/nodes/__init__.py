@@ -24,7 +24,7 @@ from .port import (
 from .registry import BUILTIN, Registry, children_faults, nodes_of
 from .runtime import Runtime, Watch
 from .subtree import SubTree
-from .tree import Tree, descendants
+from .tree import Tree
 
 __all__ = [
     "BUILTIN",
@@ -54,7 +54,6 @@ __all__ = [
     "Tree",
     "Watch",
     "children_faults",
-    "descendants",
     "halt",
     "nodes_of",
     "pointed",

@@ -15,6 +15,7 @@ from py_trees.behaviour import Behaviour
 
 from ...base.clock import Clock
 from ...base.errors import Fault
+from ...base.nesting import descendants
 from ..board import Board
 from ..error import TreeError
 from ..status import RUNNING, Outcome
@@ -307,15 +308,6 @@ def _raise_recursion_limit(depth: int) -> None:
     wanted = 600 + depth * _FRAMES
     if wanted > sys.getrecursionlimit():
         sys.setrecursionlimit(wanted)
-
-
-def descendants(root: Behaviour) -> Iterator[Behaviour]:
-    """A node and all its descendants, parents before children, without recursion."""
-    todo = [root]
-    while todo:
-        node = todo.pop()
-        yield node
-        todo += reversed(node.children)
 
 
 def fault_at(

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ...base.errors import Fault, InputError, did_you_mean, unknown
 from ...base.files import confined, is_file, read_text
-from .element import Element, Source, below
+from ...base.nesting import descendants
+from .element import Element, Source
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan
 from .version_3 import convert, is_version_3
@@ -71,7 +72,7 @@ class Document:
     def elements(self) -> Iterator[Element]:
         """Elements of all nodes, tree by tree."""
         for tree in self.trees.values():
-            yield from below(tree.body)
+            yield from descendants(tree.body)
 
     def own_trees(self) -> list[TreeElement]:
         """Trees of the file that was read first; all trees if it only includes others, as a project of Groot2 does."""
@@ -262,7 +263,7 @@ def included_files(file: Path) -> set[Path]:
 
 def outer_trees(document: Document) -> set[str]:
     """IDs of trees to which SubTree elements of a document refer, but which the document does not contain."""
-    named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
+    named = {element.attributes.get("ID", "") for element in document.elements() if element.tag == "SubTree"}
     return named - {"", *document.trees}
 
 
@@ -302,7 +303,7 @@ def survey(files: Iterable[Path]) -> Survey:
             if tree.included:
                 continue
             found.trees.setdefault(name, file)
-            for element in below(tree.body):
+            for element in descendants(tree.body):
                 uses = found.subtrees if element.tag == "SubTree" else found.nodes
                 named = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
                 uses.setdefault(named, []).append(element)
@@ -349,7 +350,7 @@ def _add(document: Document, other: Document, name: str) -> None:
             continue
         tree = other.trees[name]
         document.trees[name] = TreeElement(name, tree.element, tree.body, included=True)
-        for element in below(tree.body):
+        for element in descendants(tree.body):
             inner = element.attributes.get("ID", "") if element.tag == "SubTree" else ""
             if inner not in other.trees:
                 continue

@@ -154,15 +154,6 @@ class Element:
         return at
 
 
-def below(root: Element) -> Iterator[Element]:
-    """An element and all its descendants, in the order of the document."""
-    todo = [root]
-    while todo:
-        element = todo.pop()
-        yield element
-        todo += reversed(element.children)
-
-
 def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePosition]]:
     """Name and position of each attribute of the element that begins at an offset."""
     opening = _OPENING.match(text, at)

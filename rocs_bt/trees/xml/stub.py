@@ -14,7 +14,7 @@ from ..nodes import BUILTIN, CONDITIONS, Direction, Leaf, Node, port_of
 from ..script import ScriptError, parse_script
 from ..status import SUCCESS, Outcome
 from .document import Document
-from .element import Element, below
+from .element import Element
 from .model import Model, ModelPort, annotation, differs
 
 _Sequence: Any = BUILTIN["Sequence"]
@@ -93,11 +93,10 @@ def stub_nodes(
         Stub classes, and a warning about each undeclared node.
     """
     uses: dict[str, list[Element]] = {}
-    for tree in document.trees.values():
-        for element in below(tree.body):
-            tag = element.node_tag
-            if tag and tag not in document.trees and (tag not in known or _is_other(models.get(tag), known[tag])):
-                uses.setdefault(tag, []).append(element)
+    for element in document.elements():
+        tag = element.node_tag
+        if tag and tag not in document.trees and (tag not in known or _is_other(models.get(tag), known[tag])):
+            uses.setdefault(tag, []).append(element)
     classes: list[type[Node]] = []
     warnings: list[Fault] = []
     for tag, elements in uses.items():

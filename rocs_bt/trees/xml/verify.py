@@ -8,11 +8,12 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...base.errors import Fault, InputError, NameHint, did_you_mean, unknown
+from ...base.nesting import descendants
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from ..value import from_string
 from .document import Document, TreeElement
-from .element import EXPLICIT, Element, below
+from .element import EXPLICIT, Element
 from .model import differs
 from .version_3 import convert_outputs
 
@@ -217,7 +218,7 @@ class _Verifier:
         """Add warnings about attributes of `<BehaviorTree>` that are no keys of the tree."""
         if not tree.defaults:
             return
-        texts = (text for e in below(tree.body) for item in e.attributes.items() for text in item)
+        texts = (text for e in descendants(tree.body) for item in e.attributes.items() for text in item)
         words = {word for text in texts for word in re.findall(r"\w+", text)}
         for name in sorted(tree.defaults.keys() - words):
             message = f"no node of the tree '{tree.name}' uses the key '{name}'."

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from ...base.errors import Fault
+from ...base.nesting import descendants
 from ..nodes import Direction, Node, pointer
-from .element import EXPLICIT, Element, below
+from .element import EXPLICIT, Element
 from .model import Model
 
 _RENAMED: Final = {
@@ -28,7 +29,7 @@ def is_version_3(root: Element) -> bool:
     if version:
         return version == "3"
     outputs = {m.attributes.get("ID", ""): _outputs(m) for m in _models(root)}
-    return any(_only_3(element, outputs.get(element.node_tag, ())) for element in below(root))
+    return any(_only_3(element, outputs.get(element.node_tag, ())) for element in descendants(root))
 
 
 def _models(root: Element) -> Iterator[Element]:
@@ -76,7 +77,7 @@ def convert_outputs(root: Element, nodes: Mapping[str, type[Node]], models: Mapp
 def _nodes(root: Element) -> Iterator[Element]:
     for tree in root.children:
         if tree.tag == "BehaviorTree":
-            yield from (element for child in tree.children for element in below(child))
+            yield from (element for child in tree.children for element in descendants(child))
 
 
 def _converted(element: Element) -> Iterator[Fault]:
