@@ -246,3 +246,7 @@ def assert_same(case: Case) -> None:
     got = told(choose_backend("kernel").machine(case.table), case)
     for k, (a, b) in enumerate(zip(got, expected, strict=True)):
         assert a == b, f"row {k} at {case.rows[k]}:\nkernel {a}\nnumpy  {b}\n{case.text}"
+
+
+def same(a, b):
+    return np.array_equal(a, b, equal_nan=True)

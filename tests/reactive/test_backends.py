@@ -11,6 +11,7 @@ from rocs_bt.reactive import Rule, RuleSet, choose_backend, lower_rules
 from rocs_bt.reactive.rule_table import carry
 
 from .. import needs
+from .random_rules import same
 
 BACKENDS = ["numpy", pytest.param("kernel", marks=needs.kernel)]
 
@@ -44,11 +45,7 @@ def test_a_state_can_be_taken_over(random_rules, name):
         second.restore(first.values())
         for x, t in case.rows[half:]:
             assert whole.step(x, t) == second.step(x, t)
-            assert _same(whole.values(), second.values())
-
-
-def _same(a, b):
-    return np.array_equal(a, b, equal_nan=True)
+            assert same(whole.values(), second.values())
 
 
 @pytest.mark.parametrize("name", BACKENDS)
@@ -62,8 +59,8 @@ def test_batches_do_what_steps_do(random_rules, name):
         for k, (row, time) in enumerate(case.rows):
             assert steps.winner[k] == machine.step(row, time)
             assert steps.mask[k].tolist() == [bool(on) for on in machine.mask]
-            assert _same(steps.margin[k], np.array(machine.margins))
-        assert _same(values, machine.values())
+            assert same(steps.margin[k], np.array(machine.margins))
+        assert same(values, machine.values())
         lanes = case.table.start(len(x))
         for time in (5.0, 5.1):
             before = lanes.copy()
@@ -71,7 +68,7 @@ def test_batches_do_what_steps_do(random_rules, name):
             for k, row in enumerate(x):
                 machine.restore(before[k])
                 assert at_once.winner[k] == machine.step(row, time)
-                assert _same(lanes[k], machine.values())
+                assert same(lanes[k], machine.values())
 
 
 @needs.kernel

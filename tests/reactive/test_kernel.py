@@ -15,6 +15,7 @@ from rocs_bt.reactive import Rule, choose_backend, lower_rules
 from rocs_bt.reactive.kernel_backend import KernelBackend, compiled
 
 from .. import needs
+from .random_rules import same
 
 WILD = [np.nan, np.inf, -np.inf, 0.0, -1.0, 1e9, -1e9, 3.5, 1e300]
 NUMBERS = [-(2**31), -1000, -2, -1, 0, 1, 2, 3, 5, 8, 40, 1000, 2**30, 2**31 - 1]
@@ -23,10 +24,6 @@ NUMBERS = [-(2**31), -1000, -2, -1, 0, 1, 2, 3, 5, 8, 40, 1000, 2**30, 2**31 - 1
 @pytest.fixture
 def kernel():
     return KernelBackend()
-
-
-def same(a, b):
-    return np.array_equal(a, b, equal_nan=True)
 
 
 class TestChoice:
