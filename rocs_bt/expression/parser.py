@@ -364,7 +364,7 @@ class _Reader:
         test, then, other = (self._node(part) for part in (tree.test, tree.body, tree.orelse))
         self._truth(test, "if")
         if then.kind.boolean != other.kind.boolean or then.kind.size != other.kind.size:
-            raise Misuse(f"{then.text} gives {then.kind.words}, but {other.text} gives {other.kind.words}.")
+            raise Misuse(f"{then.text} is {then.kind.words}, but {other.text} is {other.kind.words}.")
         if not then.kind.boolean:
             same_dimension([then, other], "if")
         return self._made(tree, "if", then.kind, (test, then, other))

@@ -1,5 +1,6 @@
 """What the language accepts, what it refuses, and how it says so."""
 
+import re
 import string
 
 import pytest
@@ -116,6 +117,28 @@ def test_any_text_is_parsed_or_refused_and_never_more(text):
     assert {n.op for n in node.walk()} <= allowed
     if not node.kind.size:
         compile_expression(text, ENVIRONMENT)(X)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("2 if 1 else 3", "'if' needs true or false, but 1 is in 1."),
+        ("2 if front else 3", "'if' needs true or false, but front is 3 values in m."),
+        ("2 if speed > 1 m/s else True", "2 is in 1, but True is true or false."),
+        ("not speed", "'not' needs true or false, but speed is in m/s."),
+        ("speed and speed > 1 m/s", "'and' needs true or false, but speed is in m/s."),
+        ("held(speed, 1 s)", "but speed is in m/s. Write held(test, 0.2 s)."),
+        ("any(front)", "it needs comparisons, such as front < 0.3 m, but front is a number."),
+        ("any(speed < 1 m/s, speed > 2 m/s)", "it takes 1 value, found 2."),
+        ("1 < min(front)", "'<' needs one unit, but 1 is in 1 and min(front) is in m."),
+        ("pose < 1", "pose has 3 values of different units; use an index."),
+        ("front[9]", "front has 3 values, so there is no front[9]."),
+        ("[1, speed]", "a list holds numbers, at least one, found [1, speed]."),
+    ],
+)
+def test_a_wrong_use_is_refused_with_what_is_needed_and_what_was_found(text, problem):
+    with pytest.raises(InputError, match=re.escape(problem)):
+        parse(text, ENVIRONMENT)
 
 
 @settings(max_examples=200, deadline=None)

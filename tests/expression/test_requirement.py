@@ -66,6 +66,7 @@ def test_delays_add_up():
     assert parse_requirement(text, ENVIRONMENT).delay == pytest.approx(1.2)
     environment = ENVIRONMENT.with_alias("patience", parse("2 * 0.15 s", ENVIRONMENT))
     assert parse_requirement("within patience b > 0", environment).delay == pytest.approx(0.3)
+    assert parse_requirement("within 300 ms b > 0", environment).delay == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(

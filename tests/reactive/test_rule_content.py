@@ -167,8 +167,8 @@ class TestInline:
     def test_what_passes(self, tmp_path):
         (result,) = self.results(
             tmp_path,
-            'name = "fast"\ngiven = { front = ["5 m", "50 cm", "inf m"], speed = "2 m/s" }\n'
-            'at = [{ t = "0 s" }, { t = "0.1 s" }, { t = "0.2 s", "front[1]" = "2 m" },\n'
+            'name = "fast"\ngiven = { front = ["5 m", "inf m", "50 cm"], speed = "2 m/s" }\n'
+            'at = [{ t = "0 s" }, { t = "0.1 s" }, { t = "0.2 s", "front[1:]" = "2 m" },\n'
             '{ t = "0.3 s", front = "nan" }]\n'
             'expect = [{ t = "0 s", fires = false }, { t = "0.1 s", fires = true, speed = "4 m/s", label = "x" },\n'
             '{ t = "0.2 s", fires = false }, { t = "0.3 s", fires = false }]\n',
