@@ -42,6 +42,14 @@ def test_projection_is_the_nearest_place(corners: list[tuple[float, float]], poi
     assert np.hypot(found[0] - x, found[1] - y) <= nearest + path.spacing  # as above: math.hypot rounds otherwise
 
 
+@given(points, st.floats(-math.pi, math.pi), st.floats(0.1, 5.0), st.floats(0.0, 1.0), st.floats(-2.0, 2.0))
+def test_projection_onto_a_line_is_the_foot_of_the_normal(start, yaw, length, at, offset) -> None:
+    c, s = math.cos(yaw), math.sin(yaw)
+    path = Path.line(start, (start[0] + length * c, start[1] + length * s))
+    x, y = start[0] + at * length * c - offset * s, start[1] + at * length * s + offset * c
+    assert path.project(x, y) == pytest.approx(at * length, abs=1e-6)
+
+
 @given(st.floats(-0.4, 0.4), st.floats(0.1, 0.9), st.floats(-0.4, 0.4))
 def test_projection_from_a_near_hint_finds_the_foot_of_the_normal(error: float, at: float, offset: float) -> None:
     path = circle(1.5, 400)

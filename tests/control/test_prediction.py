@@ -7,7 +7,7 @@ import pytest
 
 from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.control.prediction import Prediction
+from rocs_bt.control.prediction import Prediction, displaced
 from rocs_bt.knowledge import Movers
 
 HULL = Footprint(0.5, 0.4)
@@ -122,3 +122,13 @@ def test_rows_below_a_weight_can_be_left_out():
     assert len(prediction.above(0.0)) == len(prediction)
     assert prediction.above(2.5).weight.tolist() == [3.0, 4.0]
     assert prediction.above(2.5).owner.tolist() == [2, 3]
+
+
+@pytest.mark.parametrize("rate", [-1.5, -1e-9, 0.0, 0.3, 2.0])
+def test_a_mover_at_a_constant_turn_rate_follows_an_arc(rate):
+    velocity, ahead = np.array([[0.6, 0.8], [-1.0, 0.0]]), np.array([0.0, 0.5, 2.0])
+    found = displaced(velocity, np.full(2, rate), ahead)
+    for (vx, vy), row in zip(velocity, found, strict=True):
+        start = Pose2(0.0, 0.0, math.atan2(vy, vx))
+        arcs = [along_arc(start, Twist2(math.hypot(vx, vy), rate), t) for t in ahead]
+        assert row == pytest.approx(np.array([(pose.x, pose.y) for pose in arcs]), abs=1e-8)
