@@ -342,6 +342,8 @@ def test_tracking_of_a_path(pose, wanted):
     assert found.robot_pose == pose
     assert found.speed == 0.4
     assert track([(1.0, 1.0)], Pose2(1.0, 0.0, 0.0), 0.0).distance_to_goal == 1.0
+    aslant = track([(0.0, 1.0), (1.0, 2.0)], Pose2(0.6, 1.4, 0.0), 0.4)
+    assert (aslant.position_tracking_error, aslant.remaining_path_length) == pytest.approx((-(0.02**0.5), 0.5**0.5))
 
 
 class TestMotion:
@@ -353,6 +355,22 @@ class TestMotion:
         mind.run(2)
         assert root.ticket.action.parameters["goal"] == goal
         assert mind.mission.knowledge.world.pose_of(goal)[:2] == end
+
+    def test_a_new_path_to_the_same_end_is_driven_by_the_same_action_and_another_end_by_another(self, mind, tree):
+        root = tree("<FollowPath path='{path}'/>").root
+        board, ways = mind.mission.board, [[(0.0, 0.0), *more] for more in ([(2, 0)], [(1, 0.2), (2, 0)], [(0, 2)])]
+        board["path"] = ways[0]
+        mind.start(root)
+        mind.run(2)
+        first = root.ticket
+        board["path"] = ways[1]
+        mind.run(2)
+        assert root.ticket is first
+        assert list(first.action.points) == ways[1]
+        board["path"] = ways[2]
+        mind.run(2)
+        assert first.cancelled_by == "FollowPath"
+        assert (root.ticket.state.done, list(root.ticket.action.points)) == (False, ways[2])
 
     @pytest.mark.parametrize("far", ["9e9", "1e300"])
     def test_a_path_that_is_too_long_is_an_error_code(self, mind, tree, far):
