@@ -117,7 +117,7 @@ class SafetyGate(Actuator):
         """Time at which `check` will send the device to neutral, or to land, without a new command [s]; else +inf."""
         last = self._last
         neutral = math.inf if last is None else last + self.max_age
-        return neutral if self._landing is None else min(neutral, self._landing_at)
+        return min(neutral, self._landing_at)
 
     @property
     def rest(self) -> list[float]:

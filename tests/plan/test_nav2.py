@@ -201,6 +201,25 @@ class TestConditions:
     def test_those_that_look_at_now(self, mind, tree, condition, outcome):
         assert self.outcomes(mind, tree(condition), 1) == outcome
 
+    @pytest.mark.parametrize(
+        ("errors", "outcome"),
+        [
+            (None, "S"),
+            ((0.4, 0.0), "S"),
+            ((0.6, 0.0), "F"),
+            ((-0.2, 0.0), "F"),
+            ((-0.05, -0.3), "S"),
+            ((0.0, 0.9), "F"),
+        ],
+    )
+    def test_a_path_has_bounds_on_each_side_as_soon_as_it_is_tracked(self, mind, tree, errors, outcome):
+        bounds = "max_error_left='0.5' max_error_right='0.1' max_error_heading='0.8'"
+        made = tree(f"<IsWithinPathTrackingBounds {bounds} tracking_feedback='{{tracking}}'/>")
+        if errors is not None:
+            names = ("position_tracking_error", "heading_tracking_error")
+            made.board["tracking"] = dict(zip(names, errors, strict=True))
+        assert self.outcomes(mind, made, 1) == outcome
+
 
 class TestPaths:
     def test_a_path_through_several_goals(self, mind, tree):
