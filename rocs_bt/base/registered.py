@@ -24,6 +24,9 @@ GROUPS: Final[Mapping[str, str]] = {
 }
 """What a name in each group is, for messages."""
 
+FILES_WITH_TABLES: Final = ("robot", "scenario")
+"""Kinds of files to which packages add tables: in `rocs_bt.tables` these have names such as `robot.NAME`."""
+
 _PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checkout, which may not be installed
 
 
@@ -42,14 +45,18 @@ def load(group: str, name: str) -> Any:
     """Object that is registered under a name.
 
     Raises:
-        InputError: Nothing has this name, or it cannot be loaded.
+        InputError: Nothing has this name, it cannot be loaded, or it is a table of no kind of file.
     """
     if (found := registered(group).get(name)) is None:
         raise InputError(unknown(GROUPS[group], name, registered(group)))
+    hint = f"It is registered as {found.value}{f' by the package {found.dist.name}' if found.dist else ''}."
+    kind, _, table = name.rpartition(".")
+    if group == "rocs_bt.tables" and kind not in FILES_WITH_TABLES:
+        names = " or ".join(f"'{kind}.{table}'" for kind in FILES_WITH_TABLES)
+        raise InputError(Fault(f"a table of a file must have the name {names}, found '{name}'.", hint=hint))
     try:
         return found.load()
     except Exception as error:  # a package of another author must not break what does not need it
-        hint = f"It is registered as {found.value}."
         raise InputError(Fault(f"the {GROUPS[group]} '{name}' cannot be loaded: {error}.", hint=hint)) from error
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
-from ..base.registered import load, registered
+from ..base.registered import FILES_WITH_TABLES, load, registered
 from ..base.toml_table import Table
 from ..base.units import NONE, Dimension
 
@@ -155,14 +155,26 @@ class Registered:
     kind: str
 
     @property
-    def names(self) -> list[str]:
-        """Names of all such tables."""
-        parts = (name.partition(".") for name in registered("rocs_bt.tables"))
-        return [name for kind, _, name in parts if kind == self.kind]
+    def names(self) -> Mapping[str, str]:
+        """Names under which the tables are registered, by the name of the table.
+
+        Tables with a registered name of no kind of file are included, so that a file with one is refused with the
+        reason (see `cls`), and not as one with an unknown key.
+        """
+        found = dict[str, str]()
+        for full in registered("rocs_bt.tables"):
+            kind, _, name = full.rpartition(".")
+            if kind == self.kind or (kind not in FILES_WITH_TABLES and name not in found):
+                found[name] = full
+        return found
 
     def cls(self, name: str) -> type[Any]:
-        """Class that declares a table."""
-        return cast("type[Any]", load("rocs_bt.tables", f"{self.kind}.{name}"))
+        """Class that declares a table.
+
+        Raises:
+            InputError: It cannot be loaded, or is registered under a name that no file has.
+        """
+        return cast("type[Any]", load("rocs_bt.tables", self.names[name]))
 
 
 @dataclass(frozen=True)

@@ -189,8 +189,15 @@ class _Reading:
     def _registered(self, added: Registered) -> dict[str, Any]:
         table = self.table
         table.known.update(dict.fromkeys(added.names, KnownKey("a table")))
-        fields = [Field.annotated(n, added.cls(n), None, Declared) for n in added.names if n in table]
-        return {each.key: _Reading(each, table, self.scope, self.done).value(None) for each in fields}
+        found = dict[str, Any]()
+        for name in (name for name in added.names if name in table):
+            try:
+                each = Field.annotated(name, added.cls(name), None, Declared)
+            except InputError as error:
+                table.adopt(name, error)
+            else:
+                found[name] = _Reading(each, table, self.scope, self.done).value(None)
+        return found
 
     def _many(self, value: Any) -> Any:
         """Value of the key: one, a list, or a table of values by name."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import isfinite
 from typing import Any
 
+from ..base.errors import InputError
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity, units_of
 from .fields import Declared, Field, fields_of, summary_of
 from .marks import InFile, InUnit, Keys, Kinds, ReadBy, Registered, Rest, Word
@@ -36,7 +38,9 @@ def _table(cls: type[Declared], needed: bool) -> dict[str, Any]:
             properties |= dict.fromkeys(rest.keys, True)
             is_open = is_open or not rest.keys
         elif (added := each.mark(Registered)) is not None:
-            properties |= {name: _table(added.cls(name), needed) for name in added.names}
+            for name in added.names:
+                with suppress(InputError):  # `rocs-bt doctor` lists what cannot be loaded
+                    properties[name] = _table(added.cls(name), needed)
         elif each.mark(ReadBy) is not None:
             is_open = True
         elif each.is_key:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
 from ..base.clock import Clock, Rate, SimulatedClock
@@ -16,6 +15,8 @@ from ..declare import Open, Place, place_of, replaced
 from ..devices.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
+from ..interfaces.service import Service
+from ..knowledge import Knowledge
 from ..plan import CheckOptions, Plan, mission_actions
 from ..plan.mission_texts import nodes_in
 from ..simulation.random_streams import stream
@@ -67,10 +68,9 @@ def build_agents(
         InputError: A mission, rule file or robot.toml is invalid; lists every fault of that file.
     """
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
-    shares, agents = dict[str, Any](), []
+    agents, services = list[Agent](), dict[str, Callable[[Knowledge], Service]]()
     with collected(faults):
-        for table in sorted(scenario.tables.keys() & registered("rocs_bt.services")):
-            shares |= load("rocs_bt.services", table)(scenario, runtime.clock, seed)
+        services = _services_of(scenario, runtime.clock, seed)
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         build = (missions or {}).get(agent.name)
@@ -88,7 +88,7 @@ def build_agents(
                 own,
                 load_class=catalog.load_class,
                 cached=catalog.cached,
-                share=shares.get(agent.name),
+                share=services.get(agent.name),
                 faults=found,
             )
             agents.append(built)
@@ -97,6 +97,24 @@ def build_agents(
                 at = Place(scenario.file, place_of(agent).line, 0) if at.file is None else at
                 faults += (fault.at(*at) for fault in found)
     return agents
+
+
+def _services_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Callable[[Knowledge], Service]]:
+    """Factories of the services that packages add to a scenario by its tables, by agent.
+
+    Raises:
+        InputError: One cannot be loaded or made, or an agent has services of two tables.
+    """
+    services, tables = dict[str, Callable[[Knowledge], Service]](), dict[str, str]()
+    for table in sorted(scenario.tables.keys() & registered("rocs_bt.services")):
+        added = load("rocs_bt.services", table)(scenario, clock, seed)
+        if twice := sorted(added.keys() & services.keys()):
+            message = f"the agent '{twice[0]}' has services of two tables, [{tables[twice[0]]}] and [{table}]."
+            line = place_of(scenario.tables[table]).line
+            raise InputError(Fault(message, scenario.file, line, hint="Remove one, or name its agents in one only."))
+        services |= added
+        tables |= dict.fromkeys(added, table)
+    return services
 
 
 def _checked_controller(

@@ -1,0 +1,65 @@
+"""Entry points of other packages that are wrong are refused with the package's name, where a file needs them."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from rocs_bt.base.registered import registered
+
+MODULE = """
+from rocs_bt.declare import Value
+
+class Memory(Value):
+    size: int = 3
+
+def services(scenario, clock, seed):
+    return dict.fromkeys([agent.name for agent in scenario.agents], lambda knowledge: None)
+"""
+
+
+@pytest.fixture
+def package(monkeypatch, tmp_path):
+    """Installs a package `forgetful` with these entry points: its group, name and object, in each text."""
+
+    def install(*points: str) -> None:
+        info = tmp_path / "site" / "forgetful-1.0.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: forgetful\nVersion: 1.0\n")
+        lines = (f"[{group}]\n{name} = forgetful:{found}" for group, name, found in map(str.split, points))
+        (info / "entry_points.txt").write_text("\n".join(lines))
+        (info.parent / "forgetful.py").write_text(MODULE)
+        monkeypatch.syspath_prepend(info.parent)
+        registered.cache_clear()
+
+    yield install
+    sys.modules.pop("forgetful", None)
+    registered.cache_clear()
+
+
+@pytest.mark.parametrize("name", ["memory", "robots.memory"])
+def test_a_table_of_no_kind_of_file_is_told_where_a_file_has_it_and_by_doctor(package, rocs_bt, project, name):
+    package(f"rocs_bt.tables {name} Memory")
+    robot, scenario = next(project.glob("robots/*/robot.toml")), next(project.glob("scenarios/*.toml"))
+    for file in (scenario, robot):
+        text = file.read_text()
+        assert rocs_bt("check", file).code == 0
+        file.write_text(f"{text}\n[memory]\nsize = 4\n")
+        told = rocs_bt("check", file)
+        file.write_text(text)
+        assert told.code == 2
+        assert f"must have the name 'robot.memory' or 'scenario.memory', found '{name}'" in told.text
+        assert "unknown key" not in told.text
+        assert "It is registered as forgetful:Memory by the package forgetful." in told.text
+    assert f"'scenario.memory', found '{name}'" in rocs_bt("doctor").out
+    assert rocs_bt("show", "--schema", "robot").code == 0
+
+
+def test_services_of_two_tables_for_one_agent_are_refused(package, rocs_bt, project):
+    package("rocs_bt.tables scenario.memory Memory", "rocs_bt.services memory services")
+    scenario = next(project.glob("scenarios/*.toml"))
+    scenario.write_text(f"{scenario.read_text()}\n[share]\n\n[memory]\n")
+    told = rocs_bt("check", scenario)
+    assert told.code == 2
+    assert "has services of two tables, [memory] and [share]." in told.text
