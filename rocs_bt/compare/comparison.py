@@ -183,7 +183,7 @@ class Comparison:
     ) -> Verdict:
         """Verdict on the claim that planner a is better than planner b by more than a margin.
 
-        Metrics with `on_failure` = `until_failure` are compared on the episodes in which both succeed.
+        Metrics with `until_failure` are compared on the episodes in which both succeed.
 
         Args:
             a: Name of a planner.
@@ -206,7 +206,7 @@ class Comparison:
             message = f"no any-time verdict on {what.name}, since its differences are unbounded."
             raise InputError(f"{message} Bounded metrics: {known}.")
         values = self.sample(a, what), self.sample(b, what)
-        if what.on_failure == "until_failure":
+        if what.until_failure:
             failed = (self.sample(a, "success") != 1.0) | (self.sample(b, "success") != 1.0)
             values = np.where(failed, math.nan, values[0]), np.where(failed, math.nan, values[1])
         found = judge((a, b), values, what, margin=margin, level=level, span=span, any_time=any_time, claims=claims)

@@ -76,31 +76,26 @@ class EpisodeData:
         return reached if self.success and reached is not None else self.time_limit
 
 
-Direction = Literal["up", "down"]
-OnFailure = Literal["counts", "until_failure"]
-
-
 @dataclass(frozen=True)
 class Metric:
     """Definition of a metric: a number computed from one episode.
 
     Attributes:
         name: Name of the metric.
-        unit: Unit; empty for a share or a count.
-        direction: `up` if higher is better, `down` if lower is better.
-        on_failure: `counts` if the values of failed episodes are meaningful and enter the mean over all episodes.
-            `until_failure` if the value describes only the time before the failure; planners are then compared on the
-            episodes in which both succeed.
         doc: Definition, including the value on failure.
         measure: Function that computes the metric; it returns None if the metric is undefined for the episode.
+        unit: Unit; empty for a share or a count.
+        direction: `up` if higher is better, `down` if lower is better.
+        until_failure: Whether the value describes only the time before a failure; planners are then compared on the
+            episodes in which both succeed. The values of other metrics enter the mean over all episodes.
     """
 
     name: str
-    unit: str
-    direction: Direction
-    on_failure: OnFailure
     doc: str
     measure: Callable[[EpisodeData], float | None]
+    unit: str = ""
+    direction: Literal["up", "down"] = "up"
+    until_failure: bool = False
 
 
 def metric(name: str) -> Metric:
@@ -111,10 +106,10 @@ def metric(name: str) -> Metric:
     """
     if name.startswith(MARGIN_PREFIX):
         doc = f"Minimum margin of the requirement '{name.removeprefix(MARGIN_PREFIX)}'; negative if violated."
-        return Metric(name, "", "up", "until_failure", doc, lambda m: _margin(m, name.removeprefix(MARGIN_PREFIX)))
+        return Metric(name, doc, lambda m: measure_all(m).get(name), until_failure=True)
     if name.startswith(HOLDS_PREFIX):
         doc = f"1 if the requirement '{name.removeprefix(HOLDS_PREFIX)}' is satisfied, 0 if violated."
-        return Metric(name, "", "up", "until_failure", doc, lambda m: _holds(m, name.removeprefix(HOLDS_PREFIX)))
+        return Metric(name, doc, lambda m: measure_all(m).get(name), until_failure=True)
     if name not in METRICS:
         raise UnknownName(unknown("metric", name, METRICS))
     return METRICS[name]
@@ -182,15 +177,16 @@ def _spl(m: EpisodeData) -> float | None:
     return m.success * m.reference_length / max(m.agent.path_length, m.reference_length)
 
 
-def _barn(year: str) -> Callable[[EpisodeData], float | None]:
-    low, high = BARN_YEARS[year]
+def _barn(year: str, low: float, high: float) -> Metric:
+    """BARN score with the bounds of a year."""
 
     def score(m: EpisodeData) -> float | None:
         if m.reference_length <= 0.0:
             return None
         return barn_score(m.time, m.reference_length, low=low, high=high) if m.success else 0.0
 
-    return score
+    bounds = f"{low} to {high} times the optimal time, at {BARN_SPEED:g} m/s"
+    return Metric(year, f"BARN score. 0 on failure. Bounds of its year: {bounds}.", score)
 
 
 def _reflex_share(m: EpisodeData) -> float:
@@ -214,10 +210,6 @@ def _untouched(m: EpisodeData) -> float:
     return float(_clean(m) and not m.agent.struck)
 
 
-def _struck_rate(m: EpisodeData) -> float:
-    return 60.0 * (m.agent.struck or 0) / max(m.duration, 1e-9)
-
-
 def _efficiency(m: EpisodeData) -> float | None:
     if m.reference_length <= 0.0 or m.agent.path_length <= 0.0:
         return None
@@ -234,67 +226,135 @@ def _time_to_collision(m: EpisodeData) -> float | None:
     return m.company.time_to_collision
 
 
-def _exceptions(m: EpisodeData) -> float:
-    return float(sum(m.agent.exceptions.values()))
-
-
-def _holds(measured: EpisodeData, requirement: str) -> float | None:
-    verdicts = {r.name: r.verdict for r in measured.agent.requirements}
-    return _VERDICTS[verdicts.get(requirement, "unknown")]
-
-
-def _margin(m: EpisodeData, name: str) -> float | None:
-    return next((r.margin for r in m.agent.requirements if r.name == name), None)
-
-
-_YEARS = "0 on failure. Bounds of its year: {} to {} times the optimal time, at {:g} m/s."
-
-_TABLE: tuple[tuple[str, str, Direction, OnFailure, str, Callable[[EpisodeData], float | None]], ...] = (
-    ("success", "", "up", "counts", "1 if successful, else 0.", lambda m: float(m.success)),
-    ("collision", "", "down", "counts",
-     "1 if the robot drove into something, else 0. Being struck is not a collision.", _collision),
-    ("fell", "", "down", "counts", "1 if the robot fell, else 0, whatever the outcome.", _fell),
-    ("clean", "", "up", "counts", "1 if successful without a collision and without a fall, else 0.", _clean),
-    ("untouched", "", "up", "counts", "1 if clean and nothing struck the robot, else 0.", _untouched),
-    ("struck_rate", "1/min", "down", "counts",
-     "Contacts per minute that the robot's own motion did not cause.", _struck_rate),
-    ("time", "s", "down", "counts",
-     "Time from the start of the episode to the goal; the time limit on failure, so that the mean is the restricted "
-     "mean time.", lambda m: m.time),
-    ("path_length", "m", "down", "until_failure", "Path length.", lambda m: m.agent.path_length),
-    ("spl", "", "up", "counts",
-     "Success weighted by path length: shortest path length divided by the path length; 0 on failure.", _spl),
-    ("path_efficiency", "", "up", "until_failure",
-     "Shortest path length divided by the path length.", _efficiency),
-    *((year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
-      for year, bounds in BARN_YEARS.items()),
-    ("min_clearance", "m", "up", "until_failure",
-     "Minimum distance from the hull to any object except the floor; negative on penetration.",
-     lambda m: m.agent.min_clearance),
-    ("cvar_clearance", "m", "up", "until_failure",
-     "Mean clearance on the tightest 5 % of the path (CVaR).", lambda m: cvar(m.clearances)),
-    ("smoothness", "rad/m", "down", "until_failure",
-     "Absolute heading change per metre, at equal steps of path length, so that the sampling rate does not matter.",
-     lambda m: turning(m.path)),
-    ("jerk", "m/s3", "down", "until_failure", "Root mean square of the horizontal jerk.", lambda m: m.jerk),
-    ("time_to_collision", "s", "up", "counts",
-     "Minimum of gap divided by closing speed, over all that moves.", _time_to_collision),
-    ("intimate", "", "down", "counts",
-     f"Share of the time in which something that moves was nearer than {INTIMATE} m.", _intrusion(INTIMATE)),
-    ("personal", "", "down", "counts",
-     f"Share of the time in which something that moves was nearer than {PERSONAL} m.", _intrusion(PERSONAL)),
-    ("energy", "J/kg", "down", "until_failure",
-     "Kinetic energy added by accelerating, per kilogram.", lambda m: m.energy),
-    ("reflex_share", "", "down", "until_failure",
-     "Share of the driving time in which reflexes controlled the wheels.", _reflex_share),
-    ("route_switches", "", "down", "until_failure",
-     "Number of switches between plan and reflex control.", lambda m: float(m.agent.route_switches)),
-    ("replans", "", "down", "until_failure",
-     "Number of actions that the plan resubmitted after a reflex.", lambda m: float(m.agent.replans)),
-    ("exceptions", "", "down", "counts", "Exceptions raised by content, such as the planner.", _exceptions),
-    ("tracking", "m", "down", "until_failure",
-     "Root mean square distance to the reference path.", lambda m: m.agent.tracking_error.cross_rms),
-)  # fmt: skip  # a table
-
-METRICS: Mapping[str, Metric] = {row[0]: Metric(*row) for row in _TABLE}
+METRICS: Mapping[str, Metric] = {
+    each.name: each
+    for each in (
+        Metric("success", "1 if successful, else 0.", lambda m: float(m.success)),
+        Metric(
+            "collision",
+            "1 if the robot drove into something, else 0. Being struck is not a collision.",
+            _collision,
+            direction="down",
+        ),
+        Metric("fell", "1 if the robot fell, else 0, whatever the outcome.", _fell, direction="down"),
+        Metric("clean", "1 if successful without a collision and without a fall, else 0.", _clean),
+        Metric("untouched", "1 if clean and nothing struck the robot, else 0.", _untouched),
+        Metric(
+            "struck_rate",
+            "Contacts per minute that the robot's own motion did not cause.",
+            lambda m: 60.0 * (m.agent.struck or 0) / max(m.duration, 1e-9),
+            unit="1/min",
+            direction="down",
+        ),
+        Metric(
+            "time",
+            "Time from the start of the episode to the goal; the time limit on failure, so that the mean is the "
+            "restricted mean time.",
+            lambda m: m.time,
+            unit="s",
+            direction="down",
+        ),
+        Metric(
+            "path_length", "Path length.", lambda m: m.agent.path_length, unit="m", direction="down", until_failure=True
+        ),
+        Metric(
+            "spl",
+            "Success weighted by path length: shortest path length divided by the path length; 0 on failure.",
+            _spl,
+        ),
+        Metric("path_efficiency", "Shortest path length divided by the path length.", _efficiency, until_failure=True),
+        *(_barn(year, low, high) for year, (low, high) in BARN_YEARS.items()),
+        Metric(
+            "min_clearance",
+            "Minimum distance from the hull to any object except the floor; negative on penetration.",
+            lambda m: m.agent.min_clearance,
+            unit="m",
+            until_failure=True,
+        ),
+        Metric(
+            "cvar_clearance",
+            "Mean clearance on the tightest 5 % of the path (CVaR).",
+            lambda m: cvar(m.clearances),
+            unit="m",
+            until_failure=True,
+        ),
+        Metric(
+            "smoothness",
+            "Absolute heading change per metre, at equal steps of path length, so that the rate does not matter.",
+            lambda m: turning(m.path),
+            unit="rad/m",
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "jerk",
+            "Root mean square of the horizontal jerk.",
+            lambda m: m.jerk,
+            unit="m/s3",
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "time_to_collision",
+            "Minimum of gap divided by closing speed, over all that moves.",
+            _time_to_collision,
+            unit="s",
+        ),
+        Metric(
+            "intimate",
+            f"Share of the time in which something that moves was nearer than {INTIMATE} m.",
+            _intrusion(INTIMATE),
+            direction="down",
+        ),
+        Metric(
+            "personal",
+            f"Share of the time in which something that moves was nearer than {PERSONAL} m.",
+            _intrusion(PERSONAL),
+            direction="down",
+        ),
+        Metric(
+            "energy",
+            "Kinetic energy added by accelerating, per kilogram.",
+            lambda m: m.energy,
+            unit="J/kg",
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "reflex_share",
+            "Share of the driving time in which reflexes controlled the wheels.",
+            _reflex_share,
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "route_switches",
+            "Number of switches between plan and reflex control.",
+            lambda m: float(m.agent.route_switches),
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "replans",
+            "Number of actions that the plan resubmitted after a reflex.",
+            lambda m: float(m.agent.replans),
+            direction="down",
+            until_failure=True,
+        ),
+        Metric(
+            "exceptions",
+            "Exceptions raised by content, such as the planner.",
+            lambda m: float(sum(m.agent.exceptions.values())),
+            direction="down",
+        ),
+        Metric(
+            "tracking",
+            "Root mean square distance to the reference path.",
+            lambda m: m.agent.tracking_error.cross_rms,
+            unit="m",
+            direction="down",
+            until_failure=True,
+        ),
+    )
+}
 """All metrics by name, the most important first."""

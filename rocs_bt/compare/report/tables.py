@@ -122,13 +122,13 @@ def difference(verdict: Verdict) -> str:
 def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
     """Table of all metrics with values: the metric, the episodes over which it is averaged, each planner's mean.
 
-    Metrics with `on_failure` = `until_failure` are averaged over the episodes in which all planners succeed.
+    Metrics with `until_failure` are averaged over the episodes in which all planners succeed.
     """
     all_succeed = np.all([comparison.sample(p, "success") == 1.0 for p in comparison.planners], axis=0)
     names = {name for record in comparison.records for name, value in record.metrics.items() if value is not None}
     rows = []
     for of in [m for name, m in METRICS.items() if name in names]:
-        if of.on_failure == "counts":
+        if not of.until_failure:
             rows.append((of, "all", [text(comparison.estimate(p, of), of) for p in comparison.planners]))
             continue
         over = f"{int(all_succeed.sum())} in which all succeed"
