@@ -45,8 +45,22 @@ __all__ = [
 ]
 
 _SHIPPED: tuple[type[Action], ...] = (
-    *(AvoidCollision, Dock, Flinch, FollowPath, FollowRobot, FollowRoute, GoTo, GoToOrigin, SendMessage),
-    *(SetTwist, SetWheelSpeed, Stop, TurnAngle, TurnTo, TurnToOrigin, TurnToPosition),
+    AvoidCollision,
+    Dock,
+    Flinch,
+    FollowPath,
+    FollowRobot,
+    FollowRoute,
+    GoTo,
+    GoToOrigin,
+    SendMessage,
+    SetTwist,
+    SetWheelSpeed,
+    Stop,
+    TurnAngle,
+    TurnTo,
+    TurnToOrigin,
+    TurnToPosition,
 )
 
 

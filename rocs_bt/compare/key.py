@@ -26,9 +26,19 @@ SCHEMA = "episode/1"
 """Version of the record format and of the metric definitions; a new version changes all keys."""
 
 _NOT_PLAYED = (
-    *("cli", "check", "testing", "studio", "search"),
-    *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
-    *("compare/cold", "compare/pool", "compare/run_sweep"),
+    "cli",
+    "check",
+    "testing",
+    "studio",
+    "search",
+    "compare/report",
+    "compare/statistics",
+    "compare/comparison",
+    "compare/verdict",
+    "compare/replay",
+    "compare/cold",
+    "compare/pool",
+    "compare/run_sweep",
 )
 """Folders and modules of rocs_bt that do not affect the result of an episode."""
 

@@ -265,7 +265,7 @@ TABLE = (
         "rate(a, 0.5 s)", "the mean rate of change of a over the last 0.5 s", kinds.change, window=True,
         z3=symbolic.rate,
     ),
-)  # fmt: skip  # a table
+)  # fmt: skip  # a row has two or three lines, so that the whole table can be read at once
 
 FUNCTIONS: Mapping[str, Operator] = {row.name: row for row in TABLE if row.usage}
 INSTRUCTIONS = tuple(row for row in TABLE if row.form is not Form.NONE)

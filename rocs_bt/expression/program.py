@@ -121,11 +121,18 @@ class Program:
             if not operator.operands:
                 lines.append(f"{dst} = {_span('x', code[3], code[1])}")
                 continue
-            args = [_span("r", g[0], len(set(g))) if g[0] not in constants else
-                    " ".join(constants[r] for r in dict.fromkeys(g)) for g in operands(code)]  # fmt: skip
+            args = [_operand(registers, constants) for registers in operands(code)]
             window = f" {self.registers[code[5]] + TOLERANCE:g} s" if operator.form in (Form.CELLS, Form.RING) else ""
             lines.append(f"{f'{dst} = {operator.name} ' + ' '.join(args) + window:<40}  {' '.join(text.split())}")
         return lines
+
+
+def _operand(registers: Sequence[int], constants: Mapping[int, str]) -> str:
+    """Text of an operand: its constants, or the span of its registers."""
+    distinct = dict.fromkeys(registers)
+    if registers[0] in constants:
+        return " ".join(constants[register] for register in distinct)
+    return _span("r", registers[0], len(distinct))
 
 
 def _span(array: str, first: int, count: int) -> str:

@@ -62,10 +62,6 @@ class Ticket:
         preempted: Whether the ticket was cancelled by a HIGH submission or by `interrupt`.
     """
 
-    __slots__ = (
-        "action", "by", "cancelled_by", "due", "failure", "number", "preempted", "priority", "state", "submitted",
-    )  # fmt: skip  # a table
-
     def __init__(self, number: int, action: Action, priority: Priority, by: str, submitted: float) -> None:
         self.number = number
         self.action = action

@@ -129,9 +129,7 @@ class _TimeLimited(_Move):
     """Base of motion nodes that fail after `time_allowance`."""
 
     time_allowance: Annotated[float, "maximum duration [s]"] = 10.0
-    disable_collision_checks: Annotated[bool, "whether Nav2 does not check; the robot's reflexes are always active"] = (
-        False
-    )
+    disable_collision_checks: Annotated[bool, "whether Nav2 does not check; reflexes are always active"] = False
 
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.time_allowance
@@ -160,8 +158,12 @@ class FollowPath(_Move):
     action = "FollowRoute"
     base = 100
     codes: ClassVar[dict[Reason, int]] = {
-        Reason.LOST_POSE: 2, Reason.CANNOT: 3, Reason.TIMEOUT: 7, Reason.STUCK: 5, Reason.BLOCKED: 6
-    }  # fmt: skip  # a table
+        Reason.LOST_POSE: 2,
+        Reason.CANNOT: 3,
+        Reason.TIMEOUT: 7,
+        Reason.STUCK: 5,
+        Reason.BLOCKED: 6,
+    }
 
     path: Annotated[Any, "path; also corners, (x, y) in the world frame [m]"] = "{path}"
     controller_id: Annotated[str, "name of a controller; for a running Nav2 only"] = ""

@@ -41,9 +41,7 @@ class TruncatePathLocal(Lenient, Instant):
 
     input_path: Annotated[Any, "path"] = None
     output_path: Annotated[Output[Any], "part of the path"]
-    distance_forward: Annotated[float, "length of the part after the nearest pose [m]; negative for the whole rest"] = (
-        8.0
-    )
+    distance_forward: Annotated[float, "length of the part after the nearest pose [m]; negative for the rest"] = 8.0
     distance_backward: Annotated[float, "length of the part before the nearest pose [m]"] = 4.0
     robot_base_frame: Annotated[str, "frame in Nav2; not used"] = "base_link"
     robot_frame: Annotated[str, "name of `robot_base_frame` before Lyrical; for a running Nav2 only"] = "base_link"

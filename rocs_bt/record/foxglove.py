@@ -106,14 +106,23 @@ _SCHEMAS: dict[str, Json] = {
     POSE: _object(POSE, timestamp=_TIME, frame_id=_TEXT, pose=_POSE),
     TRANSFORM: _object(
         TRANSFORM,
-        timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_QUATERNION,
+        timestamp=_TIME,
+        parent_frame_id=_TEXT,
+        child_frame_id=_TEXT,
+        translation=_VECTOR,
+        rotation=_QUATERNION,
     ),
     SCENE: _object(SCENE, deletions=_list(_DELETION), entities=_list(_ENTITY)),
     LOG: _object(
-        LOG, timestamp=_TIME, level={"type": "integer", "minimum": 0, "maximum": 5}, message=_TEXT, name=_TEXT,
-        file=_TEXT, line={"type": "integer", "minimum": 0},
+        LOG,
+        timestamp=_TIME,
+        level={"type": "integer", "minimum": 0, "maximum": 5},
+        message=_TEXT,
+        name=_TEXT,
+        file=_TEXT,
+        line={"type": "integer", "minimum": 0},
     ),
-}  # fmt: skip  # a table
+}
 
 
 def schema(name: str) -> bytes:

@@ -120,8 +120,10 @@ class Authoring:
         info, element = found
         known = {port.name: asdict(port) for port in info.ports}
         values = {a.name: a.value for a in element.attributes}
-        ports = [known.get(name, {"name": name, "direction": "", "type": "", "default": "", "doc": ""}) for name in
-                 dict.fromkeys([*values, *known])]  # fmt: skip
+        ports = [
+            known.get(name, {"name": name, "direction": "", "type": "", "default": "", "doc": ""})
+            for name in dict.fromkeys([*values, *known])
+        ]
         rows = [{**port, "value": values.get(port["name"])} for port in ports]
         place = "/".join(map(str, element.path))
         return {

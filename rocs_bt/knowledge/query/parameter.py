@@ -135,5 +135,9 @@ def _path_distance(x: float, y: float, path: Path) -> float:
 
 
 HELPERS: dict[str, Any] = {
-    "number": number, "equal": equal, "apart": apart, "direction": direction, "nan": math.nan,
-}  # fmt: skip  # a table
+    "number": number,
+    "equal": equal,
+    "apart": apart,
+    "direction": direction,
+    "nan": math.nan,
+}

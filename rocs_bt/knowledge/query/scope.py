@@ -280,9 +280,16 @@ def _dotted(tree: ast.expr) -> list[str]:
 
 
 _WORDS = {
-    "number": "a number", "truth": "true or false", "text": "a text", "pose": "a pose", "path": "a path",
-    "numbers": "a list of numbers", "node": "a node", "edge": "an edge", "live": "the live view of a signal",
-}  # fmt: skip  # a table
+    "number": "a number",
+    "truth": "true or false",
+    "text": "a text",
+    "pose": "a pose",
+    "path": "a path",
+    "numbers": "a list of numbers",
+    "node": "a node",
+    "edge": "an edge",
+    "live": "the live view of a signal",
+}
 _HINTS = {
     "text": "compare it: mode == 'dock'.",
     "pose": "write pose.x, pose.y, pose.yaw, or distance(pose, robot).",

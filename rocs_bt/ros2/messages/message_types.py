@@ -110,17 +110,27 @@ def _pose(v: Values) -> Pose3:
 def _scan(t: float, v: Values, c: Channel) -> Fields:
     steps = len(v["ranges"]) - 1
     return {
-        "header": header(t, c.frame), "angle_min": c.first, "angle_max": c.first + c.step * steps,
-        "angle_increment": c.step, "time_increment": c.times[1] / max(steps, 1), "scan_time": c.times[0],
-        "range_min": c.limits[0], "range_max": c.limits[1], "ranges": v["ranges"],
-    }  # fmt: skip
+        "header": header(t, c.frame),
+        "angle_min": c.first,
+        "angle_max": c.first + c.step * steps,
+        "angle_increment": c.step,
+        "time_increment": c.times[1] / max(steps, 1),
+        "scan_time": c.times[0],
+        "range_min": c.limits[0],
+        "range_max": c.limits[1],
+        "ranges": v["ranges"],
+    }
 
 
 def _range(t: float, v: Values, c: Channel) -> Fields:
     return {
-        "header": header(t, c.frame), "radiation_type": 0, "field_of_view": c.opening,  # ULTRASOUND
-        "min_range": c.limits[0], "max_range": c.limits[1], "range": v["range"][0],
-    }  # fmt: skip
+        "header": header(t, c.frame),
+        "radiation_type": 0,
+        "field_of_view": c.opening,  # ULTRASOUND
+        "min_range": c.limits[0],
+        "max_range": c.limits[1],
+        "range": v["range"][0],
+    }
 
 
 def _imu(t: float, v: Values, c: Channel) -> Fields:
@@ -227,5 +237,5 @@ MESSAGES: Mapping[str, MessageType] = {
             keys=("frame", "child"),
         ),
     )
-}  # fmt: skip
+}  # fmt: skip  # a row has two or three lines, so that the whole table can be read at once
 """Message types with a short form, by name."""

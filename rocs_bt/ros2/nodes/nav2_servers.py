@@ -52,7 +52,9 @@ _CANCEL: Final = {"type": "action_msgs/srv/CancelGoal"}
 _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
     "NavigateToPose": (Nav2Motion, "Drives to a goal with Nav2's navigator.", {"inputs": {"pose": "goal"}}),
     "NavigateThroughPoses": (
-        Nav2Motion, "Drives to several goals in order with Nav2's navigator.", {"inputs": {"poses": "goals"}},
+        Nav2Motion,
+        "Drives to several goals in order with Nav2's navigator.",
+        {"inputs": {"poses": "goals"}},
     ),
     "ComputePathToPose": (Planning, "Computes a path with Nav2's planner server.", _PLANNER | _CORNERS),
     "ComputePathThroughPoses": (Planning, "Computes a path through goals with Nav2's planner server.", _PLANNER),
@@ -60,17 +62,22 @@ _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
     "FollowPath": (Nav2Motion, "Follows a path with Nav2's controller server.", {}),
     "Spin": (Nav2Motion, "Turns on the spot with Nav2's behavior server.", {"inputs": {"target_yaw": "spin_dist"}}),
     "BackUp": (
-        Nav2Motion, "Drives backward with Nav2's behavior server.",
+        Nav2Motion,
+        "Drives backward with Nav2's behavior server.",
         {"inputs": {"target": "backup_dist", "speed": "backup_speed"}},
     ),
     "DriveOnHeading": (
-        Nav2Motion, "Drives straight with Nav2's behavior server.", {"inputs": {"target": "dist_to_travel"}},
+        Nav2Motion,
+        "Drives straight with Nav2's behavior server.",
+        {"inputs": {"target": "dist_to_travel"}},
     ),
     "Wait": (Nav2Action, "Waits with Nav2's behavior server.", {"inputs": {"time": "wait_duration"}}),
     "AssistedTeleop": (Teleop, "Lets a person drive with Nav2's checks; SUCCESS at the end unless `is_recovery`.", {}),
     "ComputeRoute": (Routing, "Computes a route with Nav2's route server.", _ROUTE),
     "ComputeAndTrackRoute": (
-        Routing, "Computes a route with Nav2's route server; RUNNING until the robot has reached its end.", _ROUTE,
+        Routing,
+        "Computes a route with Nav2's route server; RUNNING until the robot has reached its end.",
+        _ROUTE,
     ),
     "DockRobot": (Nav2Motion, "Docks with Nav2's docking server.", {}),
     "UndockRobot": (Nav2Motion, "Undocks with Nav2's docking server.", {}),
@@ -80,7 +87,9 @@ _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
     "ClearCostmapAroundRobot": (Nav2Service, _CLEAR, {}),
     "ClearCostmapAroundPose": (Nav2Service, _CLEAR, {}),
     "ReinitializeGlobalLocalization": (
-        Nav2Service, "Makes the localisation start again: the robot may be anywhere.", _RESTART,
+        Nav2Service,
+        "Makes the localisation start again: the robot may be anywhere.",
+        _RESTART,
     ),
     "ToggleCollisionMonitor": (Nav2Service, "Switches Nav2's collision monitor on or off.", _TOGGLE),
     "ValidatePath": (Validate, _VALID, _IS_VALID),
@@ -91,7 +100,7 @@ _ROWS: Final[Mapping[str, tuple[type[Nav2Caller], str, Mapping[str, Any]]]] = {
         tag: (Cancel, f"Cancels the goals of Nav2's server of {server}.", _CANCEL | {"server_name": server_of(server)})
         for tag, server in CANCELLED.items()
     },
-}  # fmt: skip
+}
 """Base, docstring and own members of each node; other ports are those of Nav2's node."""
 
 

@@ -56,8 +56,13 @@ def _close(left: float, right: float) -> bool:
 
 
 _UNLESS: Mapping[str, _Pair] = {
-    "==": _apart, "!=": _close, "<": operator.ge, ">": operator.le, "<=": operator.gt, ">=": operator.lt,
-}  # fmt: skip  # a table
+    "==": _apart,
+    "!=": _close,
+    "<": operator.ge,
+    ">": operator.le,
+    "<=": operator.gt,
+    ">=": operator.lt,
+}
 """Negated comparisons of numbers, as in the C++ source; the negation matters for NaN."""
 
 _TEXT_UNLESS: Mapping[str, _Pair] = {**_UNLESS, "==": operator.ne, "!=": operator.eq}
