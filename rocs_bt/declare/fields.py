@@ -309,7 +309,7 @@ class Declared:
         super().__init_subclass__(**more)
         own = _own_annotations(cls)
         for name, base in ((name, base) for name in own if name not in cls._names for base in cls.__mro__[1:]):
-            if name in vars(base):
+            if name in vars(base) or name in inspect.get_annotations(base):
                 raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
         cls._names = tuple(dict.fromkeys((*cls._names, *own)))
         cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}

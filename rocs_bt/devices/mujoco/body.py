@@ -265,3 +265,13 @@ class Motors:
     delay: int = 0
     coming: deque[tuple[int, Sequence[float]]] = field(default_factory=deque)
     radius: float = 1.0
+
+
+def z_axis(quat: Any) -> list[float]:
+    """Direction of the z axis of a quaternion."""
+    from .library import mujoco
+
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quat)
+    axis: list[float] = matrix.reshape(3, 3)[:, 2].tolist()
+    return axis

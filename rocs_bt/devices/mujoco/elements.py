@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from ...base.errors import InputError, unknown
 from ..simulated.device import SimulatedSensor
+from ..simulated.ranges import RangeCone
+from .body import z_axis
+from .device import MujocoSensor
 
 
 def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
@@ -23,17 +26,18 @@ def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
     known = [s.name for s in model.sites if s.name and "/" not in s.name]
     if missing := [site for site in sensor.mounted_at() if site not in known]:
         raise InputError(*(unknown(f"site for sensor '{name}'", site, known, "The model") for site in missing))
-    if rays := sensor.rangefinders():
-        _add_rangefinders(model, name, rays)
-    sensor.prepare(model, name)
+    if isinstance(sensor, RangeCone):
+        _add_rangefinders(model, name, sensor.sites, sensor.angles)
+    if isinstance(sensor, MujocoSensor):
+        sensor.prepare(model, name)
 
 
-def _add_rangefinders(model: Any, name: str, rays: Mapping[str, Sequence[tuple[float, float]]]) -> None:
-    """Add a rangefinder for each ray, by the site of its origin: MuJoCo computes them together."""
+def _add_rangefinders(model: Any, name: str, sites: Sequence[str], angles: Sequence[tuple[float, float]]) -> None:
+    """Add a rangefinder for each ray of each beam: MuJoCo computes them together."""
     from .library import mujoco
 
     compiled = model.copy().compile()  # resolves every form of orientation in the file
-    for site, angles in rays.items():
+    for site in sites:
         found = compiled.site(site)
         body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
         axis = z_axis(found.quat)
@@ -49,16 +53,6 @@ def _add_rangefinders(model: Any, name: str, rays: Mapping[str, Sequence[tuple[f
                 objname=label,
                 intprm=[1, 0, 0],  # distance only
             )
-
-
-def z_axis(quat: Any) -> list[float]:
-    """Direction of the z axis of a quaternion."""
-    from .library import mujoco
-
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quat)
-    axis: list[float] = matrix.reshape(3, 3)[:, 2].tolist()
-    return axis
 
 
 def _ray(axis: Sequence[float], left: float, up: float) -> npt.NDArray[np.float64]:

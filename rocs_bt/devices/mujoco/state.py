@@ -16,8 +16,7 @@ from ...base.clock import Clock
 from ...base.errors import UnknownName, unknown
 from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle, yaw_of
 from ..simulated.scene import Rays as Cast
-from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
-from .elements import z_axis
+from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects, z_axis
 from .nearness import Among, ClearanceQuery, Near
 from .sight import LineOfSight
 from .terrain import GroundHeight

@@ -5,8 +5,8 @@ from __future__ import annotations
 import copy
 import math
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self, cast
+from collections.abc import Callable, Sequence
+from typing import Any, Self
 
 import numpy as np
 
@@ -27,11 +27,12 @@ class Bound:
         rng: Random generator of the device.
     """
 
-    # Members of the class, so that no key of a derived class can have their names.
+    # This class is not a `Declared`, so these are members, and no key of a derived class can have their names.
     __setattr__: Any = object.__setattr__  # a bound device has a state, unlike a `Value`
-    name = robot = ""
-    world: Scene = cast(Scene, None)
-    rng = cast(np.random.Generator, None)
+    name: str
+    robot: str
+    world: Scene
+    rng: np.random.Generator
 
     def _placed(self, name: str, world: Scene, robot: str, rng: np.random.Generator | None) -> Self:
         made = copy.copy(self)
@@ -93,21 +94,6 @@ class SimulatedSensor(Bound, Value, Sensor):
     def mounted_at(self) -> Sequence[str]:
         """Names of the sites of the robot's model that the sensor needs; none by default."""
         return ()
-
-    def rangefinders(self) -> Mapping[str, Sequence[tuple[float, float]]]:
-        """Angles between each ray and the z axis of its site, left and up positive [rad], by site; none by default.
-
-        MuJoCo casts these rays together with its own sensors.
-        """
-        return {}
-
-    def prepare(self, model: Any, name: str) -> None:
-        """Add the elements that the sensor needs to a robot's model before MuJoCo compiles it; none by default.
-
-        Args:
-            model: `MjSpec` of the robot, in which names have no prefix yet.
-            name: Name of the sensor in robot.toml.
-        """
 
     def sample(self) -> list[float]:
         """Compute the values in the present state of the world, SI units, without noise; `world.lock` is held."""

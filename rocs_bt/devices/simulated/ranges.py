@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -62,9 +62,6 @@ class RangeCone(SimulatedSensor):
 
     def mounted_at(self) -> tuple[str, ...]:
         return self.sites
-
-    def rangefinders(self) -> Mapping[str, Sequence[tuple[float, float]]]:
-        return dict.fromkeys(self.sites, self.angles)
 
     @property
     def angles(self) -> list[tuple[float, float]]:
