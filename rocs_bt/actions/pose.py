@@ -86,7 +86,8 @@ class GoalAction(MacroAction):
         goal: Node of the world model with a pose.
     """
 
-    if TYPE_CHECKING:  # a parameter of the subclasses
+    # At run time each subclass declares it itself: declared here, it would come before their other parameters.
+    if TYPE_CHECKING:
         goal: str
 
     def decompose(self, body: Body) -> Iterator[Action]:

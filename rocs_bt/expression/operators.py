@@ -145,6 +145,7 @@ def _min_valid(group: Numbers, least: Numbers) -> Numbers:
 
 _sum = _fold(np.add)
 
+# The lambdas are instructions of one expression. Those of `z3` drop the question, which a negation does not need.
 TABLE = (
     Operator("load", Form.EACH, 0),
     Operator("neg", Form.EACH, 1, np.negative, z3=lambda t, a: symbolic.negative(a), valid="all"),

@@ -66,6 +66,7 @@ class Actuator(ABC):
         publishers: Identifiers of the device's publishers on its network; empty without a network that has them.
     """
 
+    # Without annotations, which would make them keys of every driver in robot.toml.
     two_owners = False
     publishers = frozenset[bytes]()
 

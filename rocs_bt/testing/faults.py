@@ -31,17 +31,16 @@ class _Faulty:
     """Device that fails during an interval; `announce` is called once, when the fault begins."""
 
     announce: Announce | None = None
-
-    def _fail(self, clock: Clock, at: float, until: float) -> None:
-        """Set the interval [s]."""
-        self._clock, self._at, self._until = clock, at, until
+    _clock: Clock
+    _at: float
+    _until: float
 
     @property
     def _fails(self) -> bool:
         fails = self._at <= self._clock.now() < self._until
         if fails and self.announce is not None:
-            announce, self.announce = self.announce, None
-            announce(type(self).__name__, self._until if math.isfinite(self._until) else None)
+            self.announce(type(self).__name__, self._until if math.isfinite(self._until) else None)
+            self.announce = None
         return fails
 
 
@@ -58,7 +57,7 @@ class FaultySensor(_Faulty, Sensor):
     def __init__(self, sensor: Sensor, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
         super().__init__(sensor.name)
         self.sensor = sensor
-        self._fail(clock, at, until)
+        self._clock, self._at, self._until = clock, at, until
 
     def read(self) -> Reading:
         return self.broken() if self._fails else self.works()
@@ -162,10 +161,13 @@ class FaultyActuator(_Faulty, Actuator):
     def __init__(self, actuator: Actuator, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
         super().__init__(actuator.name, actuator.size)
         self.actuator = actuator
-        self._fail(clock, at, until)
+        self._clock, self._at, self._until = clock, at, until
 
     def command(self, values: Sequence[float]) -> None:
-        (self.broken if self._fails else self.actuator.command)(values)
+        if self._fails:
+            self.broken(values)
+        else:
+            self.actuator.command(values)
 
     @abstractmethod
     def broken(self, values: Sequence[float]) -> None:
