@@ -88,7 +88,7 @@ class RosSonar(Sonar):
         self._sensor = SensorNode("sonar", node, keys)
 
     @property
-    def ahead(self) -> float:  # type: ignore[override]
+    def ahead(self) -> float:
         """Distance of the obstacle [m]."""
         return self._far
 

@@ -61,3 +61,9 @@ def unpacked(data: bytes) -> tuple[dict, Callable[[int], np.ndarray]]:
         return real
 
     return about, column
+
+
+def resize(browser, width=1366, height=768, scale=1):
+    """Set the size of a browser's window."""
+    screen = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)

@@ -131,7 +131,7 @@ def open_regular(path: Path, most: int = MOST_BYTES) -> BinaryIO:
         OSError: The file cannot be read, is not a regular file, or is too large.
     """
     check_regular(path, most)
-    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT))  # noqa: SIM115 - returned
+    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT))  # noqa: SIM115 - returned open
     try:
         _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
     except OSError:

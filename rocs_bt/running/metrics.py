@@ -232,18 +232,19 @@ def following(tracks: Tracks, ticket: TicketChanged, until: float | None) -> Fol
         ticket: First ticket of FollowRobot, with its parameters `leader`, `distance` [m] and `safety` [m].
         until: Time at which the leader reached its goal [s]; None if the leader did not.
     """
-    leader, wanted, safety = (ticket.parameters[name] for name in ("leader", "distance", "safety"))
-    wanted, slack = float(wanted), float(wanted) - float(safety)  # type: ignore[arg-type]  # numbers, by their action
+    given: Mapping[str, Any] = ticket.parameters
+    leader, wanted, safety = str(given["leader"]), float(given["distance"]), float(given["safety"])
+    slack = wanted - safety
     kept, driving = list[float](), math.inf
     begun = False
-    for t, distance, speed in _distances(tracks, ticket.agent, str(leader), ticket.t):
+    for t, distance, speed in _distances(tracks, ticket.agent, leader, ticket.t):
         begun = begun or distance <= wanted + slack
         if begun and (until is None or t <= until):
             kept.append(distance)
         if speed > DRIVING:
             driving = min(driving, distance)
     return Following(
-        leader=str(leader),
+        leader=leader,
         periods=len(kept),
         mean_distance=_mean(kept),
         distance_error=_mean([abs(d - wanted) for d in kept]),
@@ -251,7 +252,7 @@ def following(tracks: Tracks, ticket: TicketChanged, until: float | None) -> Fol
         too_far=_mean([d > wanted + slack for d in kept]),
         least_distance=min(kept, default=None),
         least_driving=driving if math.isfinite(driving) else None,
-        safe=driving >= float(safety),  # type: ignore[arg-type]
+        safe=driving >= safety,
     )
 
 

@@ -91,7 +91,7 @@ def mock_devices(
     """
     world, locomotion = FlatWorld(clock), spec.locomotion
     devices = [_shipped(s, SimulatedSensor) for s in spec.sensors]
-    motion = [_shipped(a, SimulatedActuator) for a in spec.actuators]  # type: ignore[type-abstract]
+    motion = [_shipped(a, SimulatedActuator) for a in spec.actuators]  # type: ignore[type-abstract]  # is not called
     mounts = dict[str, Pose2]()
     for sites in (each.mounted_at() for each in devices):
         mounts |= {site: Pose2(0.0, 0.0, math.tau * i / len(sites)) for i, site in enumerate(sites)}

@@ -25,7 +25,7 @@ def record(planner, scene, seed, success=True, **metrics):
     return EpisodeRecord(
         key=f"{planner}{scene}{seed}", planner=planner, family="f", scene=scene, seed=seed, outcome=outcome,
         metrics=values | metrics, time_limit=LIMIT, sim_time=20.0,
-    )  # fmt: skip
+    )  # fmt: skip  # a table
 
 
 def compared(success, scenes, seeds, noise=0.0):

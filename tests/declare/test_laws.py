@@ -336,7 +336,7 @@ def test_objects_made_in_python_are_values() -> None:
     with pytest.raises(TypeError, match="Part needs name"):
         Part()
     with pytest.raises(AttributeError, match="Use replaced"):
-        one.share = 1.0  # type: ignore[misc]
+        one.share = 1.0
 
 
 Speeds, Points = Annotated[Sequence[float], SPEED, POSITIVE], Annotated[Sequence[Sequence[float]], LENGTH]

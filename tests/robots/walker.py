@@ -35,7 +35,7 @@ class Walker:
         self.locomotion = spec.locomotion
         gait = CATALOG.load_class(spec.file.parent / "gait.py", "Gait")
         self.gait = make_device(self.world, "R", "gait", gait, {})
-        self.world.attach(self.gait.before_step)  # type: ignore[attr-defined]  # as for an agent
+        self.world.attach(self.gait.before_step)
         self.tilt = 0.0
 
     def go(self, twist: Twist2, seconds: float) -> None:

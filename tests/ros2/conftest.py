@@ -21,6 +21,14 @@ if importlib.util.find_spec("rclpy") is None:
 
 
 @pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A project without content."""
+    for folder in ("planners", "rules", "robots", "scenarios"):
+        (tmp_path / folder).mkdir()
+    return tmp_path
+
+
+@pytest.fixture
 def domain() -> Iterator[int]:
     """A ROS domain that no other test on this machine uses at the same time."""
     for number in range(100, 0, -1):

@@ -171,7 +171,7 @@ class RobotNode:
         self.stopped.publish(Bool(data=False))
         self.stamped = TwistStamped if self.options.stamped else Twist
         self.node.create_subscription(self.stamped, "cmd_vel", self.receive, qos(self.options.cmd_qos, 1))
-        self.log = open(self.options.log, "w", buffering=1) if self.options.log else None  # noqa: SIM115
+        self.log = open(self.options.log, "w", buffering=1) if self.options.log else None  # noqa: SIM115 - open to the end
         self.inputs: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self.listen, daemon=True).start()
         self.steps = 0

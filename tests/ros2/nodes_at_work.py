@@ -92,7 +92,7 @@ class AtWork:
         text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
         try:
             self.plan = TreePlan(xml_mission(text, dialect=dialect)(self.mission), self.mission)
-        except BaseException:
+        except BaseException:  # raised again, after the connection is closed
             self.close()
             raise
         self.slowest = 0.0

@@ -97,7 +97,7 @@ class RobotProcess:
         assert select.select([self.process.stdout], [], [], PATIENCE)[0], "the robot prints nothing"
         line = self.process.stdout.readline()
         assert line, f"the robot's process ended with {self.process.wait()}"
-        return json.loads(line)  # type: ignore[no-any-return]
+        return json.loads(line)
 
     def tell(self, line: str) -> None:
         """Make a fault happen, or press or release the emergency stop; see counterpart.py."""

@@ -17,7 +17,7 @@ from rocs_bt.ros2.messages.message_types import RANGE, SCAN
 from rocs_bt.ros2.sim.publishers import FrameOptions
 from rocs_bt.ros2.sim.wheel_odometry import WheelOdometry
 
-from .test_sim_robot import TYPES, Stage, frames_of, pose_of, project  # noqa: F401 - a fixture
+from .test_sim_robot import TYPES, Stage, frames_of, pose_of
 
 PARTS = np.ix_((0, 1, 5), (0, 1, 5))  # x, y and yaw
 ROBOTS = [entry.name for entry in Catalog.here().list("robot") if not entry.name.endswith("_ros2")]
@@ -148,7 +148,7 @@ class Encoders(WheelSpeed):
         return Reading(self._t, self._rng.normal(0.5, self.noise, len(self.motors)).tolist())
 
 
-def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):  # noqa: F811
+def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):
     stage = Stage(project, {"R2": ("jackal", -1.5, -1.5, 0.0)})
     spec, sensors = stage.simulation.simulated.robots["R2"], stage.simulation.simulated.sensors["R2"]
     real, rng, ends = sensors["encoders"], np.random.default_rng(1), []
@@ -163,7 +163,7 @@ def test_the_covariance_of_wheel_odometry_is_that_of_its_errors(project):  # noq
 
 
 @pytest.mark.parametrize("options", [FrameOptions(), FrameOptions(map_to_odom=False, odom_to_base=False)])
-def test_the_transforms_of_a_localiser_and_of_a_filter_can_be_left_to_them(project, options):  # noqa: F811
+def test_the_transforms_of_a_localiser_and_of_a_filter_can_be_left_to_them(project, options):
     stage = Stage(project, {"R1": ("jackal", 0.0, 0.0, 0.0)}, frames=options)
     stage.run(0.1)
     sent = [t for topic in ("/tf", "/tf_static") for m in stage.wire.written[topic] for t in m.transforms]
@@ -174,7 +174,7 @@ def test_the_transforms_of_a_localiser_and_of_a_filter_can_be_left_to_them(proje
     assert stage.last("/odom").header.frame_id == "odom"
 
 
-def test_each_robot_of_a_team_has_its_own_transforms_on_request(project):  # noqa: F811
+def test_each_robot_of_a_team_has_its_own_transforms_on_request(project):
     team = {"R1": ("jackal", -1.5, -1.0, 0.0), "R2": ("summit_xl_localised", 1.0, 1.0, 0.0)}
     stage = Stage(project, team, namespace="team", frames=FrameOptions(per_namespace=True))
     stage.run(0.1)

@@ -128,13 +128,6 @@ def frames_of(*messages):
     return frames
 
 
-@pytest.fixture
-def project(tmp_path):
-    for folder in ("planners", "rules", "robots", "scenarios"):
-        (tmp_path / folder).mkdir()
-    return tmp_path
-
-
 def test_odometry_and_tf_of_ideal_sensors_are_the_truth(project):
     stage = Stage(project, {"R2": ("jackal", -1.5, -1.0, 0.5)})
     stage.wire.command("/cmd_vel", 0.4, 0.5)

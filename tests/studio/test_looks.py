@@ -17,8 +17,9 @@ from rocs_bt.studio.report import write_report
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 from .. import synthetic
+from ..pages import resize
 from .test_page import STYLE, faults, go, press, show, text
-from .test_reading import each, resize, screen, touched  # noqa: F401  # fixtures
+from .test_reading import each
 
 NEUTRAL = {"paper", "raised", "ink", "muted", "line", "track", "wall", "curve"}
 EDITOR = {"note"}  # warnings, which only the editor shows
@@ -71,17 +72,19 @@ OVERLAPS = """
 @pytest.mark.usefixtures("screen")
 class TestTimeAxis:
     @pytest.mark.parametrize("width", [1366, 2560, 390])
-    def test_no_label_of_a_scale_is_on_a_curve_or_on_another_label(self, browser, touched, width):  # noqa: F811
+    def test_no_label_of_a_scale_is_on_a_curve_or_on_another_label(self, browser, touched, width):
         resize(browser, width, 844)
         show(browser, touched)
-        browser.evaluate("[...document.querySelectorAll('.label')].find((e) => e.textContent == 'TurnAwayactive' "
-                         "|| e.innerText.startsWith('TurnAway')).click()")  # fmt: skip
+        browser.evaluate(
+            "[...document.querySelectorAll('.label')].find((e) => e.textContent == 'TurnAwayactive' "
+            "|| e.innerText.startsWith('TurnAway')).click()"
+        )
         seen = browser.evaluate(OVERLAPS)
         assert seen["found"] == []
         assert seen["count"] >= 6
         assert faults(browser) == []
 
-    def test_the_selected_curve_is_taller_and_the_limit_is_in_the_middle_of_its_scale(self, browser, touched):  # noqa: F811
+    def test_the_selected_curve_is_taller_and_the_limit_is_in_the_middle_of_its_scale(self, browser, touched):
         show(browser, touched)
         browser.evaluate(
             "[...document.querySelectorAll('.label')].find((e) => e.innerText.startsWith('TurnAway')).click()"
@@ -95,7 +98,7 @@ class TestTimeAxis:
         assert places
         assert all(0.1 < place < 0.9 for place in places), places
 
-    def test_rules_actions_and_signals_have_headings_and_the_legend_opens_the_help(self, browser, touched):  # noqa: F811
+    def test_rules_actions_and_signals_have_headings_and_the_legend_opens_the_help(self, browser, touched):
         show(browser, touched)
         assert each(browser, ".label.heading", "e.innerText.trim()") == ["rules", "actions", "signals"]
         line = text(browser, ".legend")
@@ -122,7 +125,7 @@ SPARE = """
 @pytest.mark.browser
 @pytest.mark.usefixtures("screen")
 @pytest.mark.parametrize(("width", "height"), [(1366, 768), (1920, 1080), (2560, 1440)])
-def test_panels_use_the_height_of_the_window(browser, touched, width, height):  # noqa: F811
+def test_panels_use_the_height_of_the_window(browser, touched, width, height):
     resize(browser, width, height)
     show(browser, touched)
     seen = browser.evaluate(SPARE)
@@ -135,7 +138,7 @@ def test_panels_use_the_height_of_the_window(browser, touched, width, height):  
 
 @pytest.mark.browser
 @pytest.mark.usefixtures("screen")
-def test_nothing_moves_while_the_time_goes_on(browser, touched):  # noqa: F811
+def test_nothing_moves_while_the_time_goes_on(browser, touched):
     show(browser, touched)
     boxes = set()
     for t in (0.0, 0.4, 0.8, 1.2, 1.5):

@@ -1,10 +1,8 @@
 """Reading a run in the page: a planted fault, a large mission, many robots, two runs, and pages without a run."""
 
-import contextlib
 import itertools
 import json
 import re
-import textwrap
 
 import pytest
 
@@ -18,63 +16,10 @@ from rocs_bt.record.recording import Recording
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.studio.report import render_knowledge, render_tree, write_report
 
-from ..pages import data_of
+from ..pages import data_of, resize
 from .test_page import click, faults, go, press, show, text, until
 
 pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("screen")]
-
-LATE = """
-    format = "reflex/1"
-    doc = "Turns away, too late."
-
-    [rule.TurnAway]
-    doc = "Turn away from what is ahead."
-    when = "min(front) < 0.12 m and speed > 0.6 m/s"
-    until = "min(front) > 0.3 m"
-    trigger = "edge"
-    priority = 50
-
-    [rule.TurnAway.action]
-    name = "AvoidCollision"
-    turn = "60 deg"
-    speed = "0.3 m/s"
-    duration = "1.5 s"
-    rate = "2.5 rad/s"
-"""
-TOUCH = """
-    format = "scenario/2"
-    base = "exp1"
-    end_on_collision = true
-
-    [[agent]]
-    name = "R2"
-    rules = ["late"]
-"""
-
-
-def resize(browser, width=1366, height=768, scale=1):
-    screen = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": False}
-    browser.call("Emulation.setDeviceMetricsOverride", **screen)
-
-
-@pytest.fixture
-def screen(browser):
-    resize(browser)
-    yield
-    browser.call("Emulation.clearDeviceMetricsOverride")
-
-
-@pytest.fixture(scope="module")
-def touched(tmp_path_factory):
-    """Report of EXP1 with a rule that fires too late, so that the robot touches the box."""
-    project = tmp_path_factory.mktemp("project")
-    for name, content in (("rules/late.toml", LATE), ("scenarios/touch.toml", TOUCH)):
-        (project / name).parent.mkdir()
-        (project / name).write_text(textwrap.dedent(content))
-    with contextlib.chdir(project):
-        result = rocs_bt.run("touch", out=project / "out")
-    assert result.summary.agents["R2"].outcome == "collision"
-    return project / "out/report.html"
 
 
 def explained(browser):
@@ -205,7 +150,7 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
         (0.0, "root", "RUNNING"), (0.0, "root/g3", "RUNNING"), (0.0, "root/g3/leaf1", "RUNNING"),
         (1.0, "root/g3/leaf1", "SUCCESS"), (1.0, "root/g3", "SUCCESS"),
         (2.0, "root/g7/leaf4", "FAILURE"), (2.0, "root/g7", "FAILURE"), (2.0, "root", "FAILURE"),
-    ]  # fmt: skip
+    ]  # fmt: skip  # a table
     events = [NodeTicked(t=t, agent="R", node=node, status=status) for t, node, status in ticks]
     events += [
         BlackboardChanged(t=0.0, agent="R", subtree="", key="place", value="kitchen"),
@@ -381,7 +326,7 @@ def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, 
         for i, (t, what, name, value) in enumerate(
             [(1.0, "node added", "object", None), (2.0, "attribute", "radius", 0.2), (4.0, "attribute", "radius", 0.3),
              (6.0, "node removed", "object", None)], 1)
-    ]  # fmt: skip
+    ]  # fmt: skip  # a table
     log = ChangeLog(State("R"), "run", changes, end=8.0)
     page = tmp_path / "knowledge.html"
     page.write_text(render_knowledge(log), encoding="utf-8")

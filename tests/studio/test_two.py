@@ -75,8 +75,12 @@ class TestRequests:
             assert "is stored" in answer["error"]
 
     def test_only_shipped_content_is_copied(self, studio, project):
-        for wrong in ({"kind": "scenario", "name": "mine"}, {"kind": "scenario", "name": str(project / "x.toml")},
-                      {"kind": "secret", "name": "x"}, {"kind": "robot", "name": "../../etc"}):  # fmt: skip
+        for wrong in (
+            {"kind": "scenario", "name": "mine"},
+            {"kind": "scenario", "name": str(project / "x.toml")},
+            {"kind": "secret", "name": "x"},
+            {"kind": "robot", "name": "../../etc"},
+        ):
             assert studio.post("copy", **wrong)["error"]
         assert "--allow-code" in studio.post("copy", kind="robot", name="quadrotor")["error"]
         assert not (project / "robots" / "quadrotor").exists()

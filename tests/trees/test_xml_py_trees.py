@@ -1,6 +1,7 @@
 """Defaults of trees and includes as py_trees writes them, against py_trees' own parser."""
 
 import itertools
+from typing import ClassVar
 
 import py_trees
 import pytest
@@ -15,8 +16,8 @@ READ: list[tuple[str, str]] = []
 
 
 class TheirReader(PortsMixin, py_trees.behaviour.Behaviour):
-    INPUT_PORTS = {"value": PortInformation(str)}  # noqa: RUF012
-    OUTPUT_PORTS = {}  # noqa: RUF012
+    INPUT_PORTS: ClassVar = {"value": PortInformation(str)}
+    OUTPUT_PORTS: ClassVar = {}
 
     def update(self):
         READ.append((self.name.rpartition(".")[2], self.get_input("value")))

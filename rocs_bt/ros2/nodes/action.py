@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from ...base.errors import DeviceError, InputError
 from ...base.units import TimeLimit
@@ -206,7 +206,7 @@ class RosAction(GoalLeaf):
     RUNNING while the goal is pursued, SUCCESS if it succeeds. A halted leaf asks the server to cancel the goal.
     """
 
-    parts = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}
 
     action: Annotated[str, Syntax(parse_name), "name of the action"]
     type_: Annotated[str, Syntax(interface_type("action")), "action type"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from ...base.errors import InputError
 from ...interfaces.action import Failure
@@ -27,7 +27,7 @@ class RosActionServer(UsesRos[Server], Decorator):
     """
 
     named = "action"
-    parts = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}
 
     action: Annotated[str, Syntax(parse_name), "name of the action"]
     type_: Annotated[str, Syntax(interface_type("action")), "action type"]

@@ -27,7 +27,7 @@ class Nav2Action(Nav2Caller, Served, GoalLeaf):
     """Base of nodes that call an action server of Nav2."""
 
     named = "server_name"
-    parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"feedback": "_Feedback", "result": "_Result"}
     emptied: ClassVar[tuple[str, ...]] = ()
 
     server_name: Annotated[str, Syntax(parse_name), "name of the action"]

@@ -101,7 +101,7 @@ class RosService(ServiceLeaf):
     """
 
     named = "service"
-    parts = {"request": "_Request", "response": "_Response"}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"request": "_Request", "response": "_Response"}
 
     service: Annotated[str, Syntax(parse_name), "name of the service"]
     type_: Annotated[str, Syntax(interface_type("srv")), "service type"]
@@ -123,7 +123,7 @@ class Nav2Service(Nav2Caller, ServiceLeaf):
     """Base of nodes that call a service of Nav2: RUNNING until its response is there; FAILURE after 5 s without it."""
 
     named = "service_name"
-    parts = {"request": "_Request", "response": "_Response"}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"request": "_Request", "response": "_Response"}
 
     service_name: Annotated[str, Syntax(parse_name), "name of the service"]
     server_timeout: Annotated[float, "timeout in Nav2 [ms]; not used"] = 0.0

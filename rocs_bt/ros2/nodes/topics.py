@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from ...base.errors import DeviceError, InputError, unknown
 from ...base.units import TimeLimit
@@ -33,7 +33,7 @@ class RosPublish(UsesRos[RosPublisher], Leaf):
     Fields without a value are 0, false or empty.
     """
 
-    parts = {"values": ""}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"values": ""}
 
     topic: Annotated[str, Syntax(parse_name), "name of the topic"]
     type_: Annotated[str, Syntax(interface_type("msg")), "message type"]
@@ -77,7 +77,7 @@ class RosSubscribe(UsesRos[RosSubscription], Leaf):
     is there that is recent enough, else FAILURE.
     """
 
-    parts = {"values": ""}  # noqa: RUF012 - a table of the class
+    parts: ClassVar = {"values": ""}
 
     topic: Annotated[str, Syntax(parse_name), "name of the topic"]
     type_: Annotated[str, Syntax(interface_type("msg")), "message type"]

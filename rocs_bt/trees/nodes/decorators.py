@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from types import GenericAlias
 from typing import Annotated, Any, ClassVar
 
 from py_trees.common import Status
@@ -143,7 +144,7 @@ class _Loop(Decorator):
             return source
         if self._items is None:
             # Items are converted one by one when their turn comes, so that the list is copied here and not converted.
-            kind: Any = list[self.item] if isinstance(source, str) else list[object]  # type: ignore[name-defined]
+            kind = GenericAlias(list, (self.item if isinstance(source, str) else object,))
             found = [] if source is None else converted(source, kind, self.board.enums)
             self._items = list(found)
         return self._items
