@@ -79,13 +79,11 @@ class ReloadableRules:
         from ..reactive.analysis import examine_rules
 
         before = {path: _stamp(path) for path in self._stamps}  # a change during the load is a later change
-        found = examine_rules(self.file, self._environment, self._actions, self._overrides)
-        wrong = [fault for fault in found if not fault.warning]
-        try:
-            rules = self._load()
-        except InputError as error:
-            wrong = wrong or list(error.faults)
-        if wrong:
+        rules, faults = examine_rules(self.file, self._environment, self._actions, self._overrides)
+        wrong = [fault for fault in faults if not fault.warning]
+        if rules is not None and not wrong:
+            wrong = list(rule_misfits(rules.rules, self._actions, self._knowledge))
+        if rules is None or wrong:
             # The fault may be in a newly included file, so this file is watched, too.
             self._stamps = {path: _stamp(path) for path in included_files(self.file)} | before
             raise InputError(*wrong)

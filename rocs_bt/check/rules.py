@@ -18,7 +18,7 @@ from ..interfaces.action import Action
 from ..knowledge import Knowledge
 from ..plan import mission_actions
 from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
-from ..reactive.analysis import examine_rules
+from ..reactive.analysis import Examined, examine_rules
 from .stub_agent import stub_agent
 
 
@@ -36,9 +36,9 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             continue  # reported by the check of the robot, or of the mission
         environment = Environment.of(knowledge.signals, robot.constants)
         actions = action_table(*mission_actions(build)) if build else ACTIONS
-        yield from examined(entry.path, robot, environment, actions, catalog)
-        with suppress(InputError):  # reported by examine_rules
-            rules = load_rules(entry.path, environment, actions, overrides=thresholds(robot, entry.path))
+        rules, faults = examined(entry.path, robot, environment, actions, catalog)
+        yield from faults
+        if rules is not None:
             yield from add_test_files(rules, environment, actions)[1]
             yield from inactive_faults(rules, name, catalog)
             inactive |= dict.fromkeys((name, rule) for rule in rules.inactive)
@@ -50,8 +50,8 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 def examined(
     file: Path, robot: RobotSpec, environment: Environment, actions: Mapping[str, type[Action]], catalog: Catalog
-) -> list[Fault]:
-    """Faults of a rule file for a robot, which a `CachingCatalog` finds only once."""
+) -> Examined:
+    """Rules of a file for a robot and the faults of the file, which a `CachingCatalog` finds only once."""
     key = "examined", file, robot.file, tuple(actions.values())
     return catalog.cached(key, lambda: examine_rules(file, environment, actions, thresholds(robot, file)))
 

@@ -103,7 +103,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, bu
     modes = words_in(catalog.find("mission", agent.mission).path) if agent.mission else None
     period, found = scenario.rate.control_rate.period, list[Rule]()
     for name in agent.rules:
-        yield from examined(catalog.find("rules", name).path, robot, environment, actions, catalog)
+        yield from examined(catalog.find("rules", name).path, robot, environment, actions, catalog).faults
     for file in built.rule_files:
         rules = file.model.rules
         yield from analyse_fit(rules.rules, environment, period, modes)

@@ -68,7 +68,7 @@ def load_rules(
     Raises:
         InputError: All faults of the file, each with line and column.
     """
-    rules, faults = read_rules(file, environment, actions, overrides)
+    rules, faults, _ = read_rules(file, environment, actions, overrides)
     if wrong := [f for f in faults if not f.warning]:
         raise InputError(*wrong)
     return rules
@@ -79,8 +79,8 @@ def read_rules(
     environment: Environment,
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
-) -> tuple[RuleSet, list[Fault]]:
-    """Read the valid rules of a file, and the file's errors and warnings; arguments as in `load_rules`.
+) -> tuple[RuleSet, list[Fault], Document]:
+    """Read the valid rules of a file, its errors and warnings, and the file itself; arguments as in `load_rules`.
 
     Raises:
         InputError: The file itself cannot be read.
@@ -115,7 +115,7 @@ def read_rules(
         thresholds={key: float(node.value) for key, node in thresholds.items()},
         dimensions={key: node.kind.dimension for key, node in thresholds.items() if node.kind.dimension is not None},
     )
-    return found, faults
+    return found, faults, documents[-1]
 
 
 def _read_rules(

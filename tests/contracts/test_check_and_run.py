@@ -18,6 +18,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, scenario, stub_agent
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
+from rocs_bt.reactive import include
 from rocs_bt.record import SubtreeSwap
 from rocs_bt.running import Run, build_agents
 from rocs_bt.search.run_search import SearchOptions, search
@@ -175,6 +176,14 @@ def test_a_rule_file_is_checked_with_one_agent_for_each_robot(monkeypatch):
     assert not findings.has_errors
     assert built
     assert set(built.values()) == {1}
+
+
+def test_a_rule_file_is_read_once_for_each_robot(tmp_path, monkeypatch):
+    write_project(tmp_path)
+    rules, parsed, parse = tmp_path / "rules/own.toml", list[Path](), include.read_toml
+    monkeypatch.setattr(include, "read_toml", lambda file: parsed.append(file) or parse(file))
+    assert not check_content([rules]).has_errors
+    assert parsed == [rules]
 
 
 def test_a_file_that_changes_after_its_check_does_not_change_the_run(tmp_path, monkeypatch):

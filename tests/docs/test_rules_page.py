@@ -109,7 +109,7 @@ def test_a_file_of_the_course_is_fine_and_passes_its_own_tests(title, text, sign
     file.parent.mkdir()
     file.write_text(text, "utf-8")
     environment = Environment.of(signals)
-    doubts = [fault.message for fault in examine_rules(file, environment, ACTIONS) if not fault.note]
+    doubts = [fault.message for fault in examine_rules(file, environment, ACTIONS).faults if not fault.note]
     words = ("chatters with noise", "can hold the robot for ever") if title == "Stop" else ()
     assert [word in doubt for word, doubt in zip(words, doubts, strict=True)] == [True] * len(words)
     rules = load_rules(file, environment, ACTIONS)
@@ -137,7 +137,7 @@ def test_the_rule_with_an_optional_signal_is_inactive_on_wheels_and_passes_its_t
     assert inactive_rule(inactive.name, ["pioneer_p3dx"], inactive.missing) == sentence.strip()
     holonomic = Environment.packed([OPTIONAL_SIGNALS["lateral_speed"]])
     assert [r.message for r in run_tests(load_rules(file, holonomic, ACTIONS))] == [""]
-    assert [fault for fault in examine_rules(file, holonomic, ACTIONS) if not fault.note] == []
+    assert [fault for fault in examine_rules(file, holonomic, ACTIONS).faults if not fault.note] == []
 
 
 def test_the_optional_signals_are_those_of_the_robots_page():

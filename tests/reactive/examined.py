@@ -65,7 +65,7 @@ def faults_of(tmp_path, text, period=None, modes=None):
     file.write_text(text, encoding="utf-8")
     if period is not None:
         return analyse_fit(load_rules(file, ENVIRONMENT, ACTIONS).rules, ENVIRONMENT, period, modes)
-    return examine_rules(file, ENVIRONMENT, ACTIONS)
+    return examine_rules(file, ENVIRONMENT, ACTIONS).faults
 
 
 def at(fault):

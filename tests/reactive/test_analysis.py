@@ -262,7 +262,7 @@ def test_included_rules_are_told_in_their_own_file(tmp_path):
 
 
 def test_a_file_that_cannot_be_read_is_told():
-    (fault,) = examine_rules(Catalog().shipped / "none.toml", ENVIRONMENT, ACTIONS)
+    (fault,) = examine_rules(Catalog().shipped / "none.toml", ENVIRONMENT, ACTIONS).faults
     assert not fault.warning
 
 
@@ -339,7 +339,7 @@ def test_shipped_rules_are_clean_for_every_shipped_robot(robot, rules):
     ]:
         assert all(LACKS.search(fault.message) for fault in unfit)
         return
-    assert examine_rules(file, environment, SHIPPED_ACTIONS, own) == []
+    assert examine_rules(file, environment, SHIPPED_ACTIONS, own).faults == []
     loaded = load_rules(file, environment, SHIPPED_ACTIONS, overrides=own).rules
     assert analyse_fit(loaded, environment, 0.05) == []
 

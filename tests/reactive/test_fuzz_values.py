@@ -91,7 +91,7 @@ def read(file, text):
     """Load and examine a rule file; the faults."""
     file.write_text(text, encoding="utf-8")
     start = time.process_time()
-    faults = examine_rules(file, ENVIRONMENT, ACTIONS)
+    faults = examine_rules(file, ENVIRONMENT, ACTIONS).faults
     try:
         load_rules(file, ENVIRONMENT, ACTIONS)
     except InputError as error:

@@ -33,7 +33,9 @@ def rule(*lines, action=STOP):
 def findings(tmp_path, text):
     file = tmp_path / "rules.toml"
     file.write_text(text, encoding="utf-8")
-    return [fault for fault in examine_rules(file, SIGNALS, ACTIONS) if "hold the robot for ever" in fault.message]
+    return [
+        fault for fault in examine_rules(file, SIGNALS, ACTIONS).faults if "hold the robot for ever" in fault.message
+    ]
 
 
 HOLDS = {
@@ -97,5 +99,5 @@ class Broken(ACTIONS["Stop"]):
 def test_an_action_whose_can_move_raises_is_reported_at_its_rule(tmp_path):
     file = tmp_path / "rules.toml"
     file.write_text(rule(NEAR), encoding="utf-8")
-    (fault,) = examine_rules(file, SIGNALS, {**ACTIONS, "Stop": Broken})
+    (fault,) = examine_rules(file, SIGNALS, {**ACTIONS, "Stop": Broken}).faults
     assert (fault.line, fault.message) == (5, "can_move of Stop raised KeyError: 'missing'.")

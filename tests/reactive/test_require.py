@@ -81,7 +81,7 @@ def test_a_robot_with_the_signals_does_not_feel_the_difference(load):
     plain = FILE.replace('require = ["lateral_speed", "course_range"]\n', "")
     required, free = load(environment=HOLONOMIC).rules, load(plain, HOLONOMIC).rules
     assert [list(rule.nodes()) for rule in required] == [list(rule.nodes()) for rule in free]
-    assert examine_rules(free[0].positions[""].file, HOLONOMIC, ACTIONS) == []
+    assert examine_rules(free[0].positions[""].file, HOLONOMIC, ACTIONS).faults == []
 
 
 def test_who_does_not_require_a_missing_signal_is_told_how(load):
@@ -117,8 +117,8 @@ def test_an_inactive_rule_ties_with_none_and_is_not_analysed(load):
     rules = load(text)
     assert [rule.name for rule in rules.rules] == ["both/Ahead"]
     file = rules.files[-1]
-    assert examine_rules(file, PLANAR, ACTIONS) == []
-    found = " ".join(fault.message for fault in examine_rules(file, HOLONOMIC, ACTIONS))
+    assert examine_rules(file, PLANAR, ACTIONS).faults == []
+    found = " ".join(fault.message for fault in examine_rules(file, HOLONOMIC, ACTIONS).faults)
     assert "same priority 10" in found
     assert "never holds" in found
 

@@ -57,7 +57,7 @@ def test_the_absurd_is_refused_with_the_limit(tmp_path, what):
     file = tmp_path / "absurd.toml"
     file.write_text(text, encoding="utf-8")
     start = time.process_time()
-    faults = examine_rules(file, ENVIRONMENT, ACTIONS)
+    faults = examine_rules(file, ENVIRONMENT, ACTIONS).faults
     assert time.process_time() - start < 1.0
     assert limit in " ".join(str(fault) for fault in faults)
     with pytest.raises(InputError, match=re.escape(limit)):
@@ -75,7 +75,7 @@ ATTACKS = [
 def test_nothing_of_a_rule_file_is_run(tmp_path, attack):
     file = tmp_path / "attack.toml"
     file.write_text(rule(attack), encoding="utf-8")
-    assert any(not fault.warning for fault in examine_rules(file, ENVIRONMENT, ACTIONS))
+    assert any(not fault.warning for fault in examine_rules(file, ENVIRONMENT, ACTIONS).faults)
     with pytest.raises(InputError):
         load_rules(file, ENVIRONMENT, ACTIONS)
     assert not CALLED
@@ -84,4 +84,4 @@ def test_nothing_of_a_rule_file_is_run(tmp_path, attack):
 def test_the_greatest_numbers_are_numbers(tmp_path):
     file = tmp_path / "great.toml"
     file.write_text(rule("speed < 1e307 m/s"), encoding="utf-8")
-    assert not any(fault.message.startswith("cannot") for fault in examine_rules(file, ENVIRONMENT, ACTIONS))
+    assert not any(fault.message.startswith("cannot") for fault in examine_rules(file, ENVIRONMENT, ACTIONS).faults)

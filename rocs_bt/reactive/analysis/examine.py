@@ -4,20 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...base.errors import Fault, InputError
 from ...base.toml_table import Table
 from ...expression import Environment
 from ...interfaces.action import Action
 from ..arguments import words
-from ..include import Document, read_documents
-from ..rule import Rule
+from ..include import Document
+from ..rule import Rule, RuleSet
 from ..rule_file import read_rules
 from ..threshold import Override
 from .case import Case
 from .checks import check_first_window, check_guards, check_modes, check_parameters, check_period, check_times
 from .pairs import check_pairs
+
+
+class Examined(NamedTuple):
+    """What the examination of a rule file has found.
+
+    Attributes:
+        rules: Rules of the file; None if it cannot be loaded.
+        faults: Errors and warnings.
+    """
+
+    rules: RuleSet | None
+    faults: list[Fault]
+
 
 _KINDS = {"robot": "value of the robot", "threshold": "threshold", "alias": "alias"}
 _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require", "waits_for"})
@@ -105,20 +118,20 @@ def examine_rules(
     environment: Environment,
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
-) -> list[Fault]:
-    """Errors and warnings of a rule file, as found by `read_rules` and `analyse_rules`.
+) -> Examined:
+    """Errors and warnings of a rule file, as found by `read_rules` and `analyse_rules`, and its rules.
 
     Rules with errors are not analysed. Arguments as in `load_rules`. Faults are returned, never raised.
     """
     try:
-        found, faults = read_rules(file, environment, actions, overrides)
-        unused = unused_names(read_documents(file)[-1])
+        found, faults, document = read_rules(file, environment, actions, overrides)
     except InputError as error:
-        return list(error.faults)
+        return Examined(None, list(error.faults))
     wrong = {(fault.file, fault.line) for fault in faults if not fault.warning}
-    faults = [*faults, *(fault for fault in unused if (fault.file, fault.line) not in wrong)]
+    unused = (fault for fault in unused_names(document) if (fault.file, fault.line) not in wrong)
     sound = [rule for rule in found.rules if not _lines(rule) & wrong]
-    return _without_duplicates([*faults, *analyse_rules(sound, environment, actions)])
+    faults = _without_duplicates([*faults, *unused, *analyse_rules(sound, environment, actions)])
+    return Examined(None if wrong else found, faults)
 
 
 def _lines(rule: Rule) -> set[tuple[Path | None, int]]:
