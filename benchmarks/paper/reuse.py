@@ -33,8 +33,8 @@ from rocs_bt.interfaces.device import Actuator, Sensor
 from rocs_bt.ros2.devices.actuator_node import ActuatorNode
 from rocs_bt.ros2.devices.sensor_node import SensorNode
 from rocs_bt.running.build_agents import build_agents, load_controller
+from rocs_bt.running.hardware_devices import hardware_driver, on_hardware
 from rocs_bt.running.simulated_stage import simulated_agents
-from rocs_bt.simulation.devices import hardware_driver, on_hardware
 from rocs_bt.simulation.simulated_world import build_world
 
 from .provenance import package_of, used_classes

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from ..base.errors import Fault, InputError, did_you_mean
+from ..base.errors import Fault, InputError, did_you_mean, located_at
 from ..base.files import confined, is_file, same_file
 from ..base.python_content import is_reference, lacks_class
 from ..base.toml_table import Table, read_toml
@@ -16,6 +16,7 @@ from ..declare import place_of
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
 from .content_kinds import Entry, content_hash, make_entry, scan
+from .device_spec import ActuatorSpec, SensorSpec
 from .finder import kept
 from .inherit import merged_with_base
 from .mission_catalog import MissionCatalog
@@ -134,6 +135,16 @@ class Catalog(MissionCatalog):
             entries += self.content_of_controller(agent)
         entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
+
+    def load_driver(self, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:
+        """Load the class of a driver that a robot's device names by `file.py:Class`.
+
+        Raises:
+            InputError: The class does not load; at the line of the device.
+        """
+        file, _, name = device.driver.partition(":")
+        with located_at(robot.file, device.line):
+            return self.load_class(robot.beside(file), name)
 
     def load_script(self, scenario: ScenarioSpec, name: str) -> type:
         """Load the class of a script that an actor of a scenario names by `file.py:Class`.

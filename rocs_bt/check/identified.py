@@ -14,7 +14,7 @@ from ..base.geometry import Twist3
 from ..catalog import Catalog, RateSpec, RobotSpec
 from ..control.locomotion import Locomotion
 from ..declare import Place, place_of
-from ..simulation import on_hardware
+from ..running.hardware_devices import on_hardware
 from ..simulation.identified_file import AxisFigures, IdentifiedFile, identified_path, model_hash, read_identified
 
 TOLERANCE = 0.1

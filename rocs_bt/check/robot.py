@@ -26,7 +26,8 @@ from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor
 from ..plan import Plan
 from ..running import Run
-from ..simulation import hardware_driver, simulated_device
+from ..running.hardware_devices import hardware_driver
+from ..simulation import simulated_device
 from .identified import TOLERANCE, identified_faults
 from .stub_agent import stub_agent
 

@@ -18,8 +18,8 @@ from ..plan.mission_texts import words_in
 from ..reactive import OnInvalid, Rule
 from ..reactive.analysis import analyse_fit
 from ..running import Build, Run
+from ..running.hardware_devices import on_hardware
 from ..running.signal_sources import signal_monitors, signals_read
-from ..simulation import on_hardware
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible
 from .rules import examined, inactive_faults

@@ -26,10 +26,10 @@ from ..devices.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..interfaces.device import Actuator
 from ..interfaces.safety_gate import SafetyGate
-from ..simulation.devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from ..simulation.outcome import Judge
 from .build_agents import build_agents
 from .episode import brake
+from .hardware_devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .hardware_services import RobotService, ServicePlace, WatchedClock, services_of
 from .preflight import Preflight, PreflightTopic, preflight_sensors
 from .run_options import RunOptions

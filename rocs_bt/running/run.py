@@ -17,11 +17,11 @@ from ..catalog import Catalog, ScenarioSpec
 from ..declare import options_of
 from ..expression import Environment
 from ..record import TRUTH, RunHeader, Summary, write_report
-from ..simulation import on_hardware
 from ..simulation.simulated_world import SimulatedWorld
 from .build_agents import worldless_agents
 from .control import CommandDesk, taken_commands
 from .episode import Episode, Stage
+from .hardware_devices import on_hardware
 from .hardware_stage import HardwareStage
 from .header import guards_of, plain_header, with_scenery, without_world
 from .memory import Memory

@@ -1,6 +1,5 @@
 """World of a scenario: compiled model, robots with devices, scripted actors and objects, and the judges of outcomes."""
 
-from .devices import hardware_driver, on_hardware, simulated_device
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
@@ -9,6 +8,7 @@ from .random_streams import stream
 from .scripted_object import ScriptedObject
 from .scripted_robots import ScriptedRobot
 from .scripts import SCRIPTED_OBJECTS, SCRIPTED_ROBOTS
+from .simulated_device import simulated_device
 from .simulated_world import SimulatedWorld, build_world, compose_scenario
 
 __all__ = [
@@ -27,8 +27,6 @@ __all__ = [
     "build_world",
     "compose_scenario",
     "free_goal_poses",
-    "hardware_driver",
-    "on_hardware",
     "place_all",
     "run_physics",
     "simulated_device",

@@ -30,7 +30,6 @@ from ..devices.simulated import Odometer, PoseSensor, Velocity, WheelTravel
 from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..interfaces.safety_gate import SafetyGate
-from .devices import simulated_device
 from .ground import ground_pieces
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
@@ -40,6 +39,7 @@ from .scripted_object import ScriptedObject
 from .scripted_objects import Free
 from .scripted_robots import ScriptedRobot
 from .scripts import FREE, object_script, robot_script
+from .simulated_device import simulated_device
 
 ENCODED, COUNTS = ("motors", "wheel_radius", "signs"), 4096
 """Keys of an actuator that its encoders share, and their counts per turn of a wheel."""

@@ -21,7 +21,7 @@ from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
 from rocs_bt.interfaces.action import ActionFailed
 from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.reactive import Reflex
-from rocs_bt.simulation import on_hardware
+from rocs_bt.running.hardware_devices import on_hardware
 from rocs_bt.testing.mock_agent import mock_agent
 
 CATALOG = Catalog()

@@ -15,7 +15,8 @@ from rocs_bt.check import check_content
 from rocs_bt.event import NullSink
 from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
-from rocs_bt.simulation import build_world, on_hardware
+from rocs_bt.running.hardware_devices import on_hardware
+from rocs_bt.simulation import build_world
 
 CATALOG = Catalog()
 ENTRIES = CATALOG.list()

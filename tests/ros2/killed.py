@@ -40,8 +40,8 @@ sys.path.insert(0, str(Path.cwd()))
 from trapped import TrappedMaker
 from rocs_bt import drive
 from rocs_bt.catalog import Catalog
-from rocs_bt.simulation import devices
-devices.ActuatorNodeMaker = TrappedMaker
+from rocs_bt.ros2.devices import actuator_node
+actuator_node.ActuatorNodeMaker = TrappedMaker
 found = drive("real", Catalog(Path.cwd()), duration=100.0)
 Path("outcome.txt").write_text(repr(found.summary.agents))
 """

@@ -19,10 +19,10 @@ from ...event import BodyMoved, EventSink, OutcomeDecided
 from ...plan import Mission, Plan
 from ...record import AgentInfo, Recording, RunHeader
 from ...running.build_agents import worldless_devices
+from ...running.hardware_devices import make_sensor
 from ...running.header import box_body, signals_of, versions
 from ...running.run_files import RunFiles
 from ...running.sink_thread import Relay
-from ...simulation.devices import make_sensor
 from ..devices.actuator_node import shared_node
 from ..devices.parameters import Ros2SensorParameters
 from ..messages.message_types import POSE, TRANSFORMS

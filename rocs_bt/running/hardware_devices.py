@@ -1,9 +1,9 @@
-"""Devices of robot.toml: those of the simulation, of which the class has the keys, and those on hardware."""
+"""Devices of robot.toml on hardware: a user's classes, and the devices of packages."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, cast, overload
+from typing import Any
 
 from ..base.clock import Rate
 from ..base.errors import DeviceError, Fault, InputError, located_at
@@ -17,46 +17,11 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.registered_devices import registered_devices
-from ..declare import class_fields, read_arguments, read_values, refuse_parameters
+from ..declare import class_fields, read_arguments, refuse_parameters
 from ..devices.host import Host
 from ..devices.isolated import DeviceMaker, IsolatedActuator
 from ..devices.simulated import SimulatedActuator, SimulatedSensor
 from ..interfaces.device import Actuator, Sensor
-
-
-@overload
-def simulated_device(catalog: Catalog, robot: RobotSpec, device: SensorSpec) -> SimulatedSensor: ...
-@overload
-def simulated_device(catalog: Catalog, robot: RobotSpec, device: ActuatorSpec) -> SimulatedActuator: ...
-def simulated_device(
-    catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
-) -> SimulatedSensor | SimulatedActuator:
-    """Device in simulation with its keys, not yet bound to a world.
-
-    Raises:
-        InputError: A user's class does not load, does not extend a simulated device, or does not take the device's
-            keys; lists every fault.
-    """
-    if (other := registered_devices(device.driver)) is not None:
-        message = f"'{device.name}' uses {other.title} and is not simulated."
-        hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
-        raise InputError(Fault(message, robot.file, device.line, hint=hint))
-    if not is_reference(device.driver):
-        return cast("SimulatedSensor | SimulatedActuator", device.parameters)
-    wanted: Any = SimulatedSensor if isinstance(device, SensorSpec) else SimulatedActuator
-    cls = _class(catalog, robot, device)
-    if not issubclass(cls, wanted):
-        raise InputError(
-            Fault(
-                f"the driver '{cls.__name__}' of '{device.name}' is for real robots, and this one is simulated.",
-                robot.file,
-                device.line,
-                hint=f"To drive a real robot: rocs-bt drive SCENARIO. To simulate this one extend "
-                f"rocs_bt.devices.mujoco.{wanted.__name__.replace('Simulated', 'Mujoco')}.",
-            )
-        )
-    with located_at(robot.file, device.line), running_class(cls):
-        return read_values(cls, device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 
 def hardware_driver(
@@ -77,7 +42,7 @@ def hardware_driver(
                 "Sensor or Actuator of your own."
             )
             raise InputError(Fault(message, hint=hint))
-        cls = _class(catalog, robot, device)
+        cls = catalog.load_driver(robot, device)
         if not issubclass(cls, kind):
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
@@ -97,7 +62,7 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
         registered_devices(device.driver) is not None
         or (
             is_reference(device.driver)
-            and not issubclass(_class(catalog, robot, device), (SimulatedSensor, SimulatedActuator))
+            and not issubclass(catalog.load_driver(robot, device), (SimulatedSensor, SimulatedActuator))
         )
         for device in devices
     )
@@ -143,9 +108,3 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, ho
     with located_at(robot.file, actuator.line):
         maker = DeviceMaker(robot.beside(file), name, actuator.name, arguments, bool(cls.two_owners))
         return IsolatedActuator(maker, actuator.max_command_age, host)
-
-
-def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:
-    file, _, name = device.driver.partition(":")
-    with located_at(robot.file, device.line):
-        return catalog.load_class(robot.beside(file), name)
