@@ -95,6 +95,8 @@ class Agent:
             actuator.on_failure = partial(self._actuator_failed, actuator.name)
         self.plan.on_exception = self.execute.on_exception = self.arc.on_exception = self._exceptions.take
         self._timer = runtime.planning_timer
+        # Two locks, because a turn of the plan may hang: the failure of another block is reported all the same, by the
+        # first thread that has one, while the others and `stop` wait for it.
         self._failing = threading.Lock()
         self._planning = threading.Lock()
         self._plan_closed = False

@@ -111,6 +111,8 @@ class TreePlan(Plan):
         self.ticks = 0
         self._mission = mission
         self._board_changes = BoardChanges(self.tree)
+        # Held during a turn and a swap. Re-entrant, so that a leaf that swaps during its own tick is refused and does
+        # not wait for itself.
         self._turn, self._ticking = threading.RLock(), False
         mission.swap = self.swap
         self._raised: list[Raised] = []

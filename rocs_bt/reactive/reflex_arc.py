@@ -87,7 +87,7 @@ class ReflexArc:
         self._sink = sink
         self._agent = agent
         self._clock = clock
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # each Monitor runs the rules on the thread of its own samples
         self._slot: _Active | None = None
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
