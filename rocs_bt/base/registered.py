@@ -32,12 +32,12 @@ _PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checko
 
 @cache
 def registered(group: str) -> Mapping[str, EntryPoint]:
-    """Entry points of a group by name: those of the checkout of rocs_bt, before those of installed packages.
+    """Entry points of a group by name: those of the checkout of rocs_bt, then its installed ones, then other packages'.
 
     Nothing is imported until an entry point is loaded.
     """
     # The code beside the project file is what runs, also if an older state of it is installed.
-    installed = {found.name: found for found in entry_points(group=group)}
+    installed = {found.name: found for found in sorted(entry_points(group=group), key=_is_own)}
     return dict(sorted({**installed, **_of_checkout(group)}.items()))
 
 
@@ -45,11 +45,18 @@ def load(group: str, name: str) -> Any:
     """Object that is registered under a name.
 
     Raises:
-        InputError: Nothing has this name, it cannot be loaded, or it is a table of no kind of file.
+        InputError: Nothing has this name, or several packages have it; it cannot be loaded, or is a table of no kind of
+            file.
     """
     if (found := registered(group).get(name)) is None:
         raise InputError(unknown(GROUPS[group], name, registered(group)))
     hint = f"It is registered as {found.value}{f' by the package {found.dist.name}' if found.dist else ''}."
+    packages = {each.dist.name for each in entry_points(group=group) if each.name == name and each.dist}
+    if len(packages) > 1 and not _is_own(found):
+        names = " and ".join(sorted(packages))
+        raise InputError(
+            Fault(f"the {GROUPS[group]} '{name}' is registered by the packages {names}.", hint="Remove one.")
+        )
     kind, _, table = name.rpartition(".")
     if group == "rocs_bt.tables" and kind not in FILES_WITH_TABLES:
         names = " or ".join(f"'{kind}.{table}'" for kind in FILES_WITH_TABLES)
@@ -65,6 +72,10 @@ def all_of(group: str) -> Iterator[tuple[str, Any]]:
     for name in registered(group):
         with suppress(InputError):
             yield name, load(group, name)
+
+
+def _is_own(found: EntryPoint) -> bool:
+    return found.value.startswith("rocs_bt.")
 
 
 def _of_checkout(group: str) -> dict[str, EntryPoint]:

@@ -21,12 +21,12 @@ def services(scenario, clock, seed):
 
 @pytest.fixture
 def package(monkeypatch, tmp_path):
-    """Installs a package `forgetful` with these entry points: its group, name and object, in each text."""
+    """Installs a package with these entry points: its group, name and object, in each text."""
 
-    def install(*points: str) -> None:
-        info = tmp_path / "site" / "forgetful-1.0.dist-info"
+    def install(*points: str, name: str = "forgetful") -> None:
+        info = tmp_path / "site" / f"{name}-1.0.dist-info"
         info.mkdir(parents=True)
-        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: forgetful\nVersion: 1.0\n")
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
         lines = (f"[{group}]\n{name} = forgetful:{found}" for group, name, found in map(str.split, points))
         (info / "entry_points.txt").write_text("\n".join(lines))
         (info.parent / "forgetful.py").write_text(MODULE)
@@ -63,3 +63,13 @@ def test_services_of_two_tables_for_one_agent_are_refused(package, rocs_bt, proj
     told = rocs_bt("check", scenario)
     assert told.code == 2
     assert "has services of two tables, [memory] and [share]." in told.text
+
+
+def test_two_packages_with_one_name_are_refused_and_the_names_of_rocs_bt_are_taken(package, rocs_bt):
+    package("rocs_bt.commands recall Memory", "rocs_bt.commands search Memory")
+    package("rocs_bt.commands recall Memory", name="mindful")
+    told = rocs_bt("recall")
+    assert told.code == 2
+    assert "the command 'recall' is registered by the packages forgetful and mindful. Remove one." in told.text
+    assert "is registered by the packages forgetful and mindful" in rocs_bt("doctor").out
+    assert "search" in rocs_bt("search", "--help").out
