@@ -221,16 +221,6 @@ def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[E
         raise InputError(fault_of(path, error, *owners)) from error
 
 
-def constructed(cls: Any, keys: Mapping[str, Any], *given: Any) -> Any:
-    """Object of any class; the values of its keys are attributes when its constructor begins, or its arguments."""
-    if hasattr(cls, "__dataclass_fields__"):
-        return cls(*given, **keys)
-    made = cls.__new__(cls)
-    vars(made).update(keys)
-    made.__init__(*given)
-    return made
-
-
 def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManager[None]:
     """Context as `running` for a user's class, except that InputErrors pass; does nothing for a class of the engine."""
     if not cls.__module__.startswith(CONTENT_PREFIX):

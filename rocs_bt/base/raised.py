@@ -5,7 +5,9 @@ from __future__ import annotations
 import functools
 import inspect
 import os
+import re
 import site
+import sys
 import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,10 +16,12 @@ from traceback import walk_tb
 from types import FrameType
 from typing import Any
 
-from .errors import ActuatorError, RocsError
+from .errors import ActuatorError, RocsError, did_you_mean
 
 CONTENT_PREFIX = "rocs_bt_content_"
 """Prefix of the names of content modules, as loaded by `python_content`."""
+
+_UNKNOWN = re.compile(r"cannot import name '(\w+)' from 'rocs_bt\b")
 
 _MAX_LENGTH = 400
 """Maximum length of the message of an exception [characters]; longer messages are truncated."""
@@ -81,11 +85,15 @@ def describe(error: BaseException) -> str:
     if len(message) > _MAX_LENGTH:
         message = f"{message[:_MAX_LENGTH]} ..."
     name = type(error).__name__
-    return f"{name}: {message}{_attribute_hint(error)}" if message else name
+    return f"{name}: {message}{_hint(error)}" if message else name
 
 
-def _attribute_hint(error: BaseException) -> str:
-    """Remedy for an unknown attribute of a method or of an object of rocs_bt; empty for all other exceptions."""
+def _hint(error: BaseException) -> str:
+    """Remedy for an unknown attribute of a method or of an object or module of rocs_bt; else empty."""
+    if isinstance(error, ImportError) and (name := _UNKNOWN.match(str(error))) and error.name in sys.modules:
+        module = sys.modules[error.name]
+        advice = vars(module).get("ADVICE", {}).get(name[1])
+        return f". {advice or did_you_mean(name[1], getattr(module, '__all__', ()), error.name)}"
     if not isinstance(error, AttributeError) or not error.name:
         return ""
     if inspect.isroutine(error.obj):

@@ -1,5 +1,6 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
+from .classes import class_fields, constructed, own_fields, refuse_parameters
 from .fields import (
     MISSING,
     Declared,
@@ -7,14 +8,11 @@ from .fields import (
     Scope,
     Value,
     Wrong,
-    class_fields,
     docs_of,
     fields_of,
     given_of,
     keys_of,
     options_of,
-    own_fields,
-    refuse_parameters,
     replaced,
     summary_of,
     values_of,
@@ -72,6 +70,7 @@ __all__ = [
     "Wrong",
     "checked",
     "class_fields",
+    "constructed",
     "data_of",
     "docs_of",
     "fields_of",

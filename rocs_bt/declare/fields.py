@@ -10,12 +10,10 @@ A mark is an object of a module, not a lambda in the annotation: annotations are
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import inspect
 import numbers
 import re
-import sys
 import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -49,6 +47,7 @@ _ENTRY = re.compile(r"^    (\w[\w, ]*): (.*(?:\n      .*)*)", re.MULTILINE)
 _NO_KEYS = (ReadBy, Registered, Rest, SetByPrograms, TableName)
 _KINDS: Mapping[Any, Any] = {float: numbers.Real, int: numbers.Integral, Path: (str, Path)}
 _LISTS = (list, tuple, Sequence)
+_PLAIN = (bool, int, float, str, Path, Any)
 
 
 class Wrong(NamedTuple):
@@ -251,10 +250,28 @@ def _words(of: Field) -> tuple[str, str]:
     return _WORDS[str] if of.options else _WORDS.get(kind, others)
 
 
-def _own_annotations(cls: type) -> dict[str, Any]:
-    """Annotations of a class, without those of its bases, that declare fields."""
+def own_annotations(cls: type) -> dict[str, Any]:
+    """Annotations of a class, without those of its bases, that declare fields.
+
+    Raises:
+        InputError: An attribute is a type, such as `times = int`, so that it was probably meant as an annotation.
+    """
     hints = inspect.get_annotations(cls)
+    for name, value in vars(cls).items():
+        if name[0].islower() and name not in hints and _is_type(value) and not _is_inherited(cls, name):
+            message = f"'{name}' of '{cls.__name__}' is set to a type, which declares nothing."
+            hint = f"Write '{name}: ...', with a colon, to declare a value; or '_{name} = ...' for another attribute."
+            raise InputError(Fault(message, hint=hint))
     return {name: hint for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)}
+
+
+def _is_type(value: object) -> bool:
+    """Whether a value is a type as annotations have them: one of a plain value, or `Metres`, `list[int]` and so on."""
+    return any(value is kind for kind in _PLAIN) or typing.get_origin(value) is not None
+
+
+def _is_inherited(cls: type, name: str) -> bool:
+    return any(name in vars(base) or name in inspect.get_annotations(base) for base in cls.__mro__[1:])
 
 
 def summary_of(cls: type) -> str:
@@ -307,7 +324,7 @@ class Declared:
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        own = _own_annotations(cls)
+        own = own_annotations(cls)
         for name, base in ((name, base) for name in own if name not in cls._names for base in cls.__mro__[1:]):
             if name in vars(base) or name in inspect.get_annotations(base):
                 raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
@@ -353,50 +370,6 @@ class Value(Declared):
 
     def __hash__(self) -> int:
         return hash((type(self), *values_of(self).values()))
-
-
-def own_fields(cls: type) -> list[Field]:
-    """Fields that the annotations of any class declare, without those of its bases."""
-    if not (own := _own_annotations(cls)):
-        return []
-    module = vars(sys.modules.get(cls.__module__, types))
-    try:
-        hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own), module, dict(vars(cls)), True)
-    except (NameError, TypeError, SyntaxError, AttributeError) as error:
-        hint = "Import the types also at run time, or begin the names of attributes that are no keys with '_'."
-        raise InputError(Fault(f"the annotations of '{cls.__name__}' cannot be read: {error}.", hint=hint)) from error
-    return [Field.annotated(name, hints[name], vars(cls).get(name, MISSING), cls) for name in own]
-
-
-def class_fields(cls: type) -> dict[str, Field]:
-    """Fields that the annotations of any class and of its bases declare, by name; of a dataclass, those to make it."""
-    found = {each.name: each for base in reversed(cls.__mro__) for each in own_fields(base)}
-    if dataclasses.is_dataclass(cls):
-        kept = {each.name: each for each in dataclasses.fields(cls) if each.init}
-        return {name: replace(each, default=_default(kept[name])) for name, each in found.items() if name in kept}
-    return {name: replace(each, default=getattr(cls, name, MISSING)) for name, each in found.items()}
-
-
-def _default(of: dataclasses.Field[Any]) -> Any:
-    if of.default_factory is not dataclasses.MISSING:
-        return of.default_factory()
-    return MISSING if of.default is dataclasses.MISSING else of.default
-
-
-def refuse_parameters(cls: type, positional: Sequence[str]) -> None:
-    """Refuse a class with a constructor that needs more than some values by position.
-
-    Raises:
-        InputError: It needs others, which are keys only if the class declares them by annotations.
-    """
-    if dataclasses.is_dataclass(cls):
-        return
-    parameters = [*inspect.signature(cls.__init__).parameters.values()][1:]  # type: ignore[misc]  # of the class itself
-    needed = [p for p in parameters if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
-    if more := [p.name for p in needed if p.kind is p.KEYWORD_ONLY] or [p.name for p in needed[len(positional) :]]:
-        form = f"__init__({', '.join(('self', *positional))})"
-        hint = f"Declare it by an annotation of the class, such as '{more[0]}: Metres = 0.3', and write {form} or none."
-        raise InputError(Fault(f"the constructor of '{cls.__name__}' needs {', '.join(more)}.", hint=hint))
 
 
 def fields_of(cls: type[Declared]) -> tuple[Field, ...]:

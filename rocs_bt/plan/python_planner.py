@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist2, Twist3
-from ..base.python_content import constructed
 from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
-from ..declare import class_fields, refuse_parameters
+from ..declare import class_fields, constructed, refuse_parameters
 from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
 from .mission import Mission

@@ -7,7 +7,6 @@ from typing import Any
 
 from ..base.clock import Rate
 from ..base.errors import DeviceError, Fault, InputError, located_at
-from ..base.python_content import constructed
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -17,7 +16,7 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.registered_devices import registered_devices
-from ..declare import class_fields, read_arguments, refuse_parameters
+from ..declare import class_fields, constructed, read_arguments, refuse_parameters
 from ..devices.host import Host
 from ..devices.isolated import DeviceMaker, IsolatedActuator
 from ..devices.simulated import SimulatedActuator, SimulatedSensor

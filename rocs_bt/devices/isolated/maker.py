@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from ...base.errors import DeviceError
-from ...base.python_content import constructed, load_class, running_class
+from ...base.python_content import load_class, running_class
+from ...declare import constructed
 from ...interfaces.device import Actuator
 from ..host import Host
 

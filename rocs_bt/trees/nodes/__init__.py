@@ -26,6 +26,9 @@ from .runtime import Runtime, Watch
 from .subtree import SubTree
 from .tree import Tree
 
+ADVICE = {"Input": "A port that the node reads is a plain annotation, such as `person: str` or `times: int = 1`."}
+"""Advice about names that this module does not have (see `rocs_bt.base.raised`)."""
+
 __all__ = [
     "BUILTIN",
     "CONDITIONS",
