@@ -123,7 +123,7 @@ def content_line(error: BaseException, *owners: object) -> CodeLocation | None:
         if found := [(frame, line) for frame, line in walk_tb(each.__traceback__) if is_content(frame)]:
             return _location(*found[-1])
     for owner in owners:
-        if (location := _definition(owner)) is not None:
+        if (location := definition_of(owner)) is not None:
             return location
     return None
 
@@ -193,7 +193,7 @@ def _installed() -> tuple[str, ...]:
     return tuple(sorted({os.path.join(folder, "") for folder in (*folders, site.getusersitepackages())}))
 
 
-def _definition(owner: object) -> CodeLocation | None:
+def definition_of(owner: object) -> CodeLocation | None:
     """Location of the definition of a function, a class, or the class of an object; None if it is not content."""
     if isinstance(owner, CodeLocation):
         return owner

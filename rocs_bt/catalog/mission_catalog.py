@@ -85,10 +85,13 @@ class MissionCatalog(Finder):
         for entry in entries:
             self.confine(entry)
         classes = [(node, entry.path) for entry in entries for node in nodes_of(load_module(entry.path))]
-        for node, path in classes:
-            if names and node.tag in names and issubclass(node, Leaf) and node.update is Node.update:
+        for node, path in ((node, path) for node, path in classes if names and node.tag in names):
+            line = classes_in(path).get(node.__name__, 0)
+            if hasattr(node, "__dataclass_fields__"):
+                hint = "Remove the decorator: the annotations declare the ports."
+                raise InputError(Fault(f"the node {node.__name__} is a dataclass.", path, line, hint=hint))
+            if issubclass(node, Leaf) and node.update is Node.update:
                 hint = "Write: def update(self): return SUCCESS."
-                line = classes_in(path).get(node.__name__, 0)
                 raise InputError(Fault(f"the leaf {node.__name__} has no method 'update'.", path, line, hint=hint))
         return tuple(node for node, _ in classes if names is None or node.tag in names)
 

@@ -214,11 +214,9 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
     entry = catalog.find("family", name)
     camel = "".join(part.capitalize() for part in entry.name.split("_"))
     cls = catalog.load_class(entry.path, camel)
-    if not issubclass(cls, Family) or "__dataclass_fields__" in vars(cls):
-        hint = "Write: class ...(Family), without a decorator."
-        raise InputError(
-            Fault(f"'{camel}' must be a class derived from Family, and no dataclass.", entry.path, hint=hint)
-        )
+    if not issubclass(cls, Family):
+        hint = f"Write: class {camel}(Family)."
+        raise InputError(Fault(f"'{camel}' must be a class derived from Family.", entry.path, hint=hint))
     with running_class(cls):
         return read_values(cls, values or {}, f"the family {camel}")
 

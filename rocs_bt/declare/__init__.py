@@ -1,6 +1,6 @@
 """One way to declare a named value: a key of a file is a field of an annotated class (docs/architecture.md)."""
 
-from .classes import class_fields, constructed, own_fields, refuse_parameters
+from .classes import class_fields, constructed, own_fields, refuse_constructor
 from .fields import (
     MISSING,
     Declared,
@@ -91,8 +91,8 @@ __all__ = [
     "read_root",
     "read_value",
     "read_values",
+    "refuse_constructor",
     "refuse_faults",
-    "refuse_parameters",
     "replaced",
     "rows_in",
     "summary_of",

@@ -11,8 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..base.errors import Fault, InputError
-from .fields import MISSING, Field, own_annotations
+from .fields import MISSING, Field, class_error, own_annotations
 
 
 def own_fields(cls: type) -> list[Field]:
@@ -24,8 +23,8 @@ def own_fields(cls: type) -> list[Field]:
         hints = typing.get_type_hints(types.SimpleNamespace(__annotations__=own), module, dict(vars(cls)), True)
     except (NameError, TypeError, SyntaxError, AttributeError) as error:
         hint = "Import the types also at run time, or begin the names of attributes that are no keys with '_'."
-        raise InputError(Fault(f"the annotations of '{cls.__name__}' cannot be read: {error}.", hint=hint)) from error
-    return [Field.annotated(name, hints[name], vars(cls).get(name, MISSING), cls) for name in own]
+        raise class_error(cls, f"the annotations of '{cls.__name__}' cannot be read: {error}.", hint) from error
+    return [Field.annotated(name, hints[name], _given(vars(cls).get(name, MISSING)), cls) for name in own]
 
 
 def class_fields(cls: type) -> dict[str, Field]:
@@ -34,7 +33,12 @@ def class_fields(cls: type) -> dict[str, Field]:
     if dataclasses.is_dataclass(cls):
         kept = {each.name: each for each in dataclasses.fields(cls) if each.init}
         return {name: replace(each, default=_default(kept[name])) for name, each in found.items() if name in kept}
-    return {name: replace(each, default=getattr(cls, name, MISSING)) for name, each in found.items()}
+    return {name: replace(each, default=_given(getattr(cls, name, MISSING))) for name, each in found.items()}
+
+
+def _given(value: Any) -> Any:
+    """Value of an attribute of a class as a default: a slot is none."""
+    return MISSING if isinstance(value, types.MemberDescriptorType) else value
 
 
 def _default(of: dataclasses.Field[Any]) -> Any:
@@ -43,20 +47,33 @@ def _default(of: dataclasses.Field[Any]) -> Any:
     return MISSING if of.default is dataclasses.MISSING else of.default
 
 
-def refuse_parameters(cls: type, positional: Sequence[str]) -> None:
-    """Refuse a class with a constructor that needs more than some values by position.
+def refuse_constructor(cls: type, positional: Sequence[str] = (), base: Any = object) -> None:
+    """Refuse a class that cannot be constructed with some values by position.
+
+    Args:
+        cls: The class.
+        positional: Names of the values.
+        base: Base class of which the constructor takes other values.
 
     Raises:
-        InputError: It needs others, which are keys only if the class declares them by annotations.
+        InputError: The constructor takes others, which are keys only if the class declares them by annotations.
     """
+    form = f"__init__({', '.join(('self', *positional))})"
     if dataclasses.is_dataclass(cls):
+        if positional:
+            raise class_error(cls, f"'{cls.__name__}' is a dataclass.", f"Remove the decorator, and write {form}.")
         return
-    parameters = [*inspect.signature(cls.__init__).parameters.values()][1:]  # type: ignore[misc]  # of the class itself
+    construct: Any = cls.__init__  # type: ignore[misc]  # of the class itself
+    parameters = [*inspect.signature(construct).parameters.values()][1:]
     needed = [p for p in parameters if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
     if more := [p.name for p in needed if p.kind is p.KEYWORD_ONLY] or [p.name for p in needed[len(positional) :]]:
-        form = f"__init__({', '.join(('self', *positional))})"
-        hint = f"Declare it by an annotation of the class, such as '{more[0]}: Metres = 0.3', and write {form} or none."
-        raise InputError(Fault(f"the constructor of '{cls.__name__}' needs {', '.join(more)}.", hint=hint))
+        hint = f"Declare it by an annotation of the class, such as '{more[0]}: Metres = 0.3', and write {form}."
+        raise class_error(cls, f"the constructor of '{cls.__name__}' needs {', '.join(more)}.", hint)
+    most = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    is_open = any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    if (positional and construct is base.__init__) or (len(most) < len(positional) and not is_open):
+        message = f"the constructor of '{cls.__name__}' does not take {' and '.join(positional)}."
+        raise class_error(cls, message, f"Write {form}.")
 
 
 def constructed(cls: Any, keys: Mapping[str, Any], *given: Any) -> Any:
@@ -64,6 +81,7 @@ def constructed(cls: Any, keys: Mapping[str, Any], *given: Any) -> Any:
     if hasattr(cls, "__dataclass_fields__"):
         return cls(*given, **keys)
     made = cls.__new__(cls)
-    vars(made).update(keys)
+    for name, value in keys.items():
+        object.__setattr__(made, name, value)  # also a slot, or an attribute of a class that allows no change
     made.__init__(*given)
     return made

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
 from ..base.errors import Fault, InputError, did_you_mean
+from ..base.raised import definition_of
 from ..base.toml_table import Table
 from ..base.units import FINITE, NONE, Bounds, Dimension, Quantity
 from .marks import InUnit, Key, Keys, OneOf, Option, ReadBy, Registered, Rest, SetByPrograms, TableName, Valid
@@ -30,6 +31,7 @@ from .open import Open
 MISSING = object()
 """Default of a field that must be given."""
 
+_NO_DATACLASS = "Remove the decorator: the annotations declare the values, and the base class has the constructor."
 _BOUNDED = "Write texts, or a number with bounds: Annotated[int, Bounds(1, 2)]."
 
 M = TypeVar("M")
@@ -233,7 +235,10 @@ class Field:
                 break
             origin = typing.get_origin(hint)
         if origin is typing.Literal and not all(isinstance(each, str) for each in typing.get_args(hint)):
-            raise InputError(Fault(f"'{name}' of '{owner.__name__}' has values that are no texts.", hint=_BOUNDED))
+            raise class_error(owner, f"'{name}' of '{owner.__name__}' has values that are no texts.", _BOUNDED)
+        if not _is_checkable(typing.get_origin(hint) or hint):
+            message = f"'{name}' of '{owner.__name__}' has the type {hint.__name__}, for which no value can be checked."
+            raise class_error(owner, message, "Write Any; or decorate a Protocol with @typing.runtime_checkable.")
         within = typing.get_args(hint) if origin in _LISTS and not any(isinstance(mark, Keys) for mark in marks) else ()
         outer = tuple(mark for mark in marks if isinstance(mark, (Dimension, Bounds)))
         inner = (cls.annotated(name, part, MISSING, owner) for part in within if part is not ...)
@@ -250,6 +255,12 @@ def _words(of: Field) -> tuple[str, str]:
     return _WORDS[str] if of.options else _WORDS.get(kind, others)
 
 
+def class_error(cls: type, message: str, hint: str) -> InputError:
+    """Error about a class, at its definition."""
+    fault, place = Fault(message, hint=hint), definition_of(cls)
+    return InputError(fault if place is None else fault.at(place.file, place.line))
+
+
 def own_annotations(cls: type) -> dict[str, Any]:
     """Annotations of a class, without those of its bases, that declare fields.
 
@@ -261,7 +272,7 @@ def own_annotations(cls: type) -> dict[str, Any]:
         if name[0].islower() and name not in hints and _is_type(value) and not _is_inherited(cls, name):
             message = f"'{name}' of '{cls.__name__}' is set to a type, which declares nothing."
             hint = f"Write '{name}: ...', with a colon, to declare a value; or '_{name} = ...' for another attribute."
-            raise InputError(Fault(message, hint=hint))
+            raise class_error(cls, message, hint)
     return {name: hint for name, hint in hints.items() if name[0] != "_" and "ClassVar" not in str(hint)}
 
 
@@ -272,6 +283,14 @@ def _is_type(value: object) -> bool:
 
 def _is_inherited(cls: type, name: str) -> bool:
     return any(name in vars(base) or name in inspect.get_annotations(base) for base in cls.__mro__[1:])
+
+
+def _is_checkable(kind: object) -> bool:
+    """Whether `isinstance` accepts a type, as it does not for a Protocol or a TypedDict."""
+    try:
+        return kind is Any or not isinstance(kind, type) or isinstance(None, kind) in (True, False)
+    except TypeError:
+        return False
 
 
 def summary_of(cls: type) -> str:
@@ -373,9 +392,17 @@ class Value(Declared):
 
 
 def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
-    """Fields of a declared class in order, those of its bases first."""
+    """Fields of a declared class in order, those of its bases first.
+
+    Raises:
+        InputError: An annotation declares no field, or the class is a dataclass or has slots for its fields.
+    """
     if (known := vars(cls).get("_fields")) is not None:
         return cast(tuple[Field, ...], known)
+    if hasattr(cls, "__dataclass_fields__"):
+        raise class_error(cls, f"'{cls.__name__}' is a dataclass.", _NO_DATACLASS)
+    if any(isinstance(getattr(cls, name, None), types.MemberDescriptorType) for name in cls._names):
+        raise class_error(cls, f"'{cls.__name__}' has slots for its values.", "Remove __slots__.")
     hints = typing.get_type_hints(cls, include_extras=True)
     owners = {name: base for base in reversed(cls.__mro__) for name in vars(base).get("__annotations__", ())}
     defaults = cls._defaults

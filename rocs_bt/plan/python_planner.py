@@ -13,7 +13,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, Twist2, Twist3
 from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
-from ..declare import class_fields, constructed, refuse_parameters
+from ..declare import class_fields, constructed, refuse_constructor
 from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
 from .mission import Mission
@@ -189,7 +189,7 @@ def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
     Raises:
         InputError: The class has no `reset` or no `act`, or a constructor with parameters.
     """
-    refuse_parameters(cls, ())
+    refuse_constructor(cls)
     for method in ("reset", "act"):
         if not callable(getattr(cls, method, None)):
             hint = "A planner has reset(task, rng) and act(observation)."

@@ -16,7 +16,7 @@ from ..catalog import (
     running_class,
 )
 from ..catalog.registered_devices import registered_devices
-from ..declare import class_fields, constructed, read_arguments, refuse_parameters
+from ..declare import class_fields, constructed, read_arguments, refuse_constructor
 from ..devices.host import Host
 from ..devices.isolated import DeviceMaker, IsolatedActuator
 from ..devices.simulated import SimulatedActuator, SimulatedSensor
@@ -45,8 +45,7 @@ def hardware_driver(
         if not issubclass(cls, kind):
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
-        with located_at(robot.beside(device.driver.partition(":")[0])):
-            refuse_parameters(cls, ("name", "host"))
+        refuse_constructor(cls, ("name", "host"), kind)
         return cls, read_arguments(class_fields(cls), device.arguments, f"the driver {cls.__name__} of '{device.name}'")
 
 

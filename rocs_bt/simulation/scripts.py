@@ -65,11 +65,12 @@ def _class(name: str, of: str, known: Mapping[str, type], load: Callable[[str], 
     if not issubclass(cls, base):
         hint = f"Write: class {cls.__name__}({base.__name__}), with {base.__name__} of rocs_bt.simulation."
         raise InputError(Fault(f"'{cls.__name__}' is no script of {'an' if of == 'object' else 'a'} {of}.", hint=hint))
+    keys = keys_of(cls)
     if missing := ", ".join(sorted(cls.__abstractmethods__)):
         raise InputError(Fault(f"the script '{cls.__name__}' has no method {missing}."))
     if cls.__init__ is not base.__init__:
         raise InputError(Fault(f"the script '{cls.__name__}' has an __init__.", hint="Name it begin(self)."))
-    if taken := inspect.signature(base.bind).parameters.keys() & keys_of(cls):
+    if taken := inspect.signature(base.bind).parameters.keys() & keys:
         hint = "Give the key another name: a script has an attribute of this one."
         raise InputError(Fault(f"'{min(taken)}' of '{cls.__name__}' is no name of a key.", hint=hint))
     return cls

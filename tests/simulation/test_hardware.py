@@ -11,7 +11,7 @@ import pytest
 
 from rocs_bt import drive, run
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.errors import DeviceError, InputError
+from rocs_bt.base.errors import DeviceError, Fault, InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
@@ -130,6 +130,10 @@ def real(tmp_path: Path) -> Callable[[str], Catalog]:
         return Catalog(tmp_path)
 
     return make
+
+
+def errors_of(file: Path) -> list[Fault]:
+    return [fault for fault in check_content([file]).faults if not fault.warning]
 
 
 def body(catalog: Catalog) -> object:
@@ -263,6 +267,37 @@ def test_a_simulations_driver_and_a_class_of_another_kind_are_refused(real: Call
     with pytest.raises(InputError, match=r"'own.py:Part' of 'wheels' does not extend rocs_bt.Actuator") as caught:
         drive("real", catalog, duration=1.0)
     assert caught.value.faults[0].file == file
+
+
+TAKES_TWO = "def __init__(self, name, host):\n        super().__init__(name, 2)"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("class Part", "@dataclass\nclass Part", "'Part' is a dataclass. Remove the decorator, and write __init__("),
+        ("def __init__", "def begin", "the constructor of 'Part' does not take name and host. Write __init__(self,"),
+        (TAKES_TWO, TAKES_TWO.replace(", host", ""), "the constructor of 'Wheels' does not take name and host."),
+        (TAKES_TWO, TAKES_TWO.replace("host", "host, port"), "the constructor of 'Wheels' needs port. Declare it by"),
+    ],
+)
+def test_a_driver_that_cannot_be_constructed_is_refused_with_advice(real, old: str, new: str, message: str) -> None:
+    file = real().load_robot("own").beside("own.py")
+    before, part, after = file.read_text().partition("class Part")
+    file.write_text("from dataclasses import dataclass\n" + before + (part + after).replace(old, new, 1))
+    faults = errors_of(file.with_name("robot.toml"))
+    assert {message in str(fault) and fault.file == file and fault.line > 20 for fault in faults} == {True}
+
+
+def test_a_driver_may_have_slots_for_its_keys(real) -> None:
+    robot = real().load_robot("own")
+    file = robot.beside("own.py")
+    text = file.read_text()
+    slots = text.replace("class Part(Sensor):", "class Part(Sensor):\n    __slots__ = ('port',)\n    port: str\n")
+    file.write_text(slots.replace("super().__init__(name)", "super().__init__(name + self.port)"))
+    assert "needs port" in str(errors_of(robot.file)[0])
+    robot.file.write_text(robot.file.read_text().replace('"own.py:Part"\n', '"own.py:Part"\nport = "A"\n'))
+    assert not errors_of(robot.file)
 
 
 def test_a_real_robot_passes_the_check_and_cannot_be_simulated(real: Callable[[str], Catalog]) -> None:

@@ -134,6 +134,12 @@ class TestPorts:
         assert [*one.ports] == [*two.ports] == ["size", "if"]
         assert (two("t", **{"if": "7"}).size, one("o", size="3", **{"if": "7"}).member) == (2, 7)
 
+    def test_a_port_may_have_a_slot(self):
+        members = {"__annotations__": {"size": int}, "__slots__": ("size",), "update": lambda self: SUCCESS}
+        slotted = type("Slotted", (Instant,), members)
+        assert slotted.ports["size"].required
+        assert slotted("s", size="2").size == 2
+
     @pytest.mark.parametrize("member", [lambda self: 2, property(lambda self: 2), classmethod(lambda cls: 2)])
     def test_a_method_cannot_hide_a_port(self, member):
         with pytest.raises(InputError, match=r"More has a port 'times' and a method of that name. Rename it"):

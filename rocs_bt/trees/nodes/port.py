@@ -208,7 +208,8 @@ def declared_ports(cls: type[Any]) -> dict[str, Port]:
     own = {each.name: each for each in own_fields(cls)}
     found = dict[str, Port]()
     for attribute in {**own, **vars(cls)}:
-        member, inherited = vars(cls).get(attribute, MISSING), _inherited(cls, attribute)
+        member = own[attribute].default if attribute in own else vars(cls)[attribute]
+        inherited = _inherited(cls, attribute)
         if isinstance(member, Port):
             found[attribute] = member
         elif isinstance(member, Field):
