@@ -21,7 +21,7 @@ from pathlib import Path
 from row import Row, size
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import ScenarioScene, Store, SweepOptions, scenes_of, sweep
+from rocs_bt.compare import EpisodeStore, ScenarioScene, SweepOptions, scenes_of, sweep
 from rocs_bt.compare.episode import Episode, SceneRef
 from rocs_bt.compare.run_sweep import cores
 from rocs_bt.compare.runner import EpisodeRunner
@@ -56,7 +56,7 @@ def episode_time(name: str, scenes: Sequence[SceneRef], seeds: Sequence[int]) ->
 def sweep_times() -> tuple[float, float]:
     """CPU time per episode of a sweep in this process: in total, and for playing only [s]."""
     catalog = Catalog()
-    with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
+    with tempfile.TemporaryDirectory() as folder, EpisodeStore(Path(folder)) as store:
         sweep(["tree"], ["exp1"], [0], catalog=catalog, store=store, executor=InProcessExecutor())
         begun = time.process_time()
         found = sweep(["tree"], ["exp1"], SEEDS, catalog=catalog, store=store, executor=InProcessExecutor())
@@ -67,7 +67,7 @@ def sweep_times() -> tuple[float, float]:
 def rate(workers: int) -> float:
     """Episodes per second of wall time with some workers, after a warm-up."""
     marks: list[tuple[float, float]] = []
-    with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
+    with tempfile.TemporaryDirectory() as folder, EpisodeStore(Path(folder)) as store:
         sweep(
             ["tree"],
             ["exp1"],
@@ -90,7 +90,7 @@ def growth(episodes: int) -> float:
         if done in (episodes // 10, episodes):
             peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
-    with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "store") as store:
+    with tempfile.TemporaryDirectory() as folder, EpisodeStore(Path(folder) / "store") as store:
         project = Path(folder)
         text = Catalog().find("scenario", "exp1").path.read_text("utf-8").replace('"60 s"', '"0.05 s"')
         (project / "scenarios").mkdir()

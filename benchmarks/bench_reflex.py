@@ -23,7 +23,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 from row import Row, size
 
-from rocs_bt.agent import Controller, Runtime, ThreadedRunner
+from rocs_bt.agent import AgentRuntime, Controller, ThreadedRunner
 from rocs_bt.base.clock import WallClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PlaceSpec
@@ -119,7 +119,7 @@ def measure(
         with SinkThread(recorder) as sink:
             robot = catalog.load_robot("pioneer_p3dx")
             agent, _ = mock_agent(
-                robot, controller, Runtime(clock, sink), rates=mock_rates(plan=plan), prepare=prepare, share=share
+                robot, controller, AgentRuntime(clock, sink), rates=mock_rates(plan=plan), prepare=prepare, share=share
             )
             clock.start()
             with ThreadedRunner(agent, clock):

@@ -40,7 +40,7 @@ import numpy as np
 
 import rocs_bt
 from rocs_bt import Metres, MetresPerSecond, Radians
-from rocs_bt.agent import Controller, RobotDevices, Runtime
+from rocs_bt.agent import AgentRuntime, Controller, RobotDevices
 from rocs_bt.base.clock import Rate
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot
@@ -326,7 +326,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: FlatWorld) -> tuple[rocs_bt
         devices,
         controller,
         rocs_bt.Rates(control=every_period, plan=Rate(2, PERIOD)),
-        Runtime(clock, Printer()),
+        AgentRuntime(clock, Printer()),
         load_class=lambda file, name: globals()[name],  # the classes are in this file
     )
     return agent, body

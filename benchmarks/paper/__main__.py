@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rocs_bt.cli.progress import Progress
+from rocs_bt.cli.progress import ProgressBar
 
 from .experiments import EXPERIMENTS, make_paper
 
@@ -25,7 +25,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.seeds < 2 or given.jobs < 1:
         parser.error("--seeds must be at least 2, and --jobs at least 1")
     runs = len(EXPERIMENTS) * given.seeds
-    with Progress("EXP1 to EXP3", runs, "runs") as progress:
+    with ProgressBar("EXP1 to EXP3", runs, "runs") as progress:
         page, *figures = make_paper(given.out, seeds=given.seeds, processes=given.jobs, progress=progress)
     print(f"{len(figures)} files of {runs} runs in {given.out}")
     print(f"Page: {page}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rocs_bt.actions import action_table
-from rocs_bt.agent import RobotDevices, Runtime
+from rocs_bt.agent import AgentRuntime, RobotDevices
 from rocs_bt.base.clock import Clock, SimulatedClock
 from rocs_bt.base.files import read_bytes
 from rocs_bt.catalog import (
@@ -168,7 +168,7 @@ def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...
         clock: Clock = SimulatedClock(scenario.rate.control_rate.period)
         devices = {agent.name: _unopened_devices(scenario, agent, catalog, clock, sink) for agent in scenario.agents}
         shared: tuple[object, ...] = (clock, sink)
-        agents = build_agents(scenario, catalog, devices, Runtime(clock, sink))
+        agents = build_agents(scenario, catalog, devices, AgentRuntime(clock, sink))
     else:
         simulated = build_world(scenario, catalog, 1, sink)
         shared = (simulated.world, simulated.clock, sink)

@@ -7,19 +7,19 @@ above it import this package.
 from .agent import Agent
 from .build import Controller, build_agent
 from .facts import add_facts
-from .parts import Blocks, Rates, RobotDevices, Runtime
+from .parts import AgentRuntime, Blocks, Rates, RobotDevices
 from .reloadable_rules import ReloadableRules, RuleWatch
 from .threaded import ThreadedRunner
 
 __all__ = [
     "Agent",
+    "AgentRuntime",
     "Blocks",
     "Controller",
     "Rates",
     "ReloadableRules",
     "RobotDevices",
     "RuleWatch",
-    "Runtime",
     "ThreadedRunner",
     "add_facts",
     "build_agent",

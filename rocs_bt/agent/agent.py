@@ -23,7 +23,7 @@ from ..knowledge import Knowledge
 from ..plan import TreePlan
 from ..trees.nodes import Node
 from .exceptions import ContentExceptions
-from .parts import Blocks, Rates, RobotDevices, Runtime
+from .parts import AgentRuntime, Blocks, Rates, RobotDevices
 from .reloadable_rules import ReloadableRules
 
 PLAN_CLOSE_PERIODS = 3
@@ -60,7 +60,7 @@ class Agent:
         devices: RobotDevices,
         blocks: Blocks,
         rates: Rates,
-        runtime: Runtime,
+        runtime: AgentRuntime,
         *,
         rule_files: Sequence[ReloadableRules] = (),
         sharing: Service | None = None,

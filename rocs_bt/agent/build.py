@@ -17,7 +17,7 @@ from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec
 from ..catalog import load_class as load_class_from_file
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
-from ..declare import Open, place_of
+from ..declare import Open, location_of
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
@@ -32,7 +32,7 @@ from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
-from .parts import Blocks, Rates, RobotDevices, Runtime
+from .parts import AgentRuntime, Blocks, Rates, RobotDevices
 from .reloadable_rules import ReloadableRules
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
 
@@ -86,7 +86,7 @@ def build_agent(
     devices: RobotDevices,
     controller: Controller,
     rates: Rates,
-    runtime: Runtime,
+    runtime: AgentRuntime,
     *,
     load_class: LoadClass = load_class_from_file,
     cached: Cache = lambda key, make: make(),
@@ -155,7 +155,7 @@ def _body(
     knowledge: Knowledge,
     locomotion: Locomotion,
     rates: Rates,
-    runtime: Runtime,
+    runtime: AgentRuntime,
     sharing: Service | None,
 ) -> RobotBody:
     """Create the body of the robot, which the agent's actions use."""
@@ -255,7 +255,7 @@ def describe(
     for place in places:
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
-        with located_at(None, place_of(place).line):  # the caller adds the scenario's file
+        with located_at(None, location_of(place).line):  # the caller adds the scenario's file
             given = read_attributes(place, graph.schema)
             attributes = given if place.kind == "object" else {"tolerance": place.tolerance}
             if place.z is not None:
@@ -275,7 +275,7 @@ def _limits(actuator: ActuatorSpec) -> dict[str, float]:
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
     """Values of a rule file's thresholds that robot.toml declares, by name of the threshold."""
     own = robot.thresholds.get(rules.stem, Open())
-    return {name: Override(value, place_of(own, name)) for name, value in own.items()}
+    return {name: Override(value, location_of(own, name)) for name, value in own.items()}
 
 
 def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:

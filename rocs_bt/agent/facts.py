@@ -8,7 +8,7 @@ from typing import Any
 from ..base.errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
 from ..base.toml_table import Table
 from ..catalog import FactSpec, PlaceSpec
-from ..declare import Field, Value, place_of, read_fields, read_key
+from ..declare import Field, Value, location_of, read_fields, read_key
 from ..knowledge import Knowledge, Schema
 
 TO, BOTH_WAYS = "to", "both_ways"
@@ -59,7 +59,7 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
                 knowledge.query(text)
             except InputError as error:
                 faults += (
-                    Fault(f"the {key} '{text}': {f.message}", *place_of(fact, key), f.hint) for f in error.faults
+                    Fault(f"the {key} '{text}': {f.message}", *location_of(fact, key), f.hint) for f in error.faults
                 )
     if faults:
         raise InputError(*faults)

@@ -55,7 +55,7 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class Runtime:
+class AgentRuntime:
     """Services that the blocks of an agent share.
 
     Attributes:

@@ -12,7 +12,7 @@ from ..base.errors import Fault, InputError, did_you_mean, located_at
 from ..base.files import confined, is_file, same_file
 from ..base.python_content import is_reference, lacks_class
 from ..base.toml_table import Table, read_toml
-from ..declare import place_of
+from ..declare import location_of
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
 from .content_kinds import Entry, content_hash, make_entry, scan
@@ -57,7 +57,7 @@ class Catalog(MissionCatalog):
         file = self.find("robot", name).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
-    @kept(lambda self, agent: (agent.robot, place_of(agent.overlay), repr(agent.overlay)))
+    @kept(lambda self, agent: (agent.robot, location_of(agent.overlay), repr(agent.overlay)))
     def robot_of(self, agent: AgentSpec) -> RobotSpec:
         """Load the robot of an agent, with the tables of the scenario that override the robot's.
 
@@ -99,7 +99,7 @@ class Catalog(MissionCatalog):
                 for sensor in robot.sensors:
                     scenario.rate.sensor_rate(sensor.rate, f"{each}/{sensor.name}")
             except InputError as error:
-                faults += error.at(scenario.file, place_of(scenario.rate).line).faults
+                faults += error.at(scenario.file, location_of(scenario.rate).line).faults
             else:
                 faults += _agent_faults(scenario, each, robot)
         if faults:
@@ -297,9 +297,9 @@ def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterat
     """
     agents = [agent for agent in scenario.agents if agent.robot == name]
     devices = {d.name: kind for kind, of in (("sensor", robot.sensors), ("actuator", robot.actuators)) for d in of}
-    named = [(agent.name, place_of(agent).line) for agent in agents]
+    named = [(agent.name, location_of(agent).line) for agent in agents]
     names = {agent.name for agent in agents}
-    named += [(place.name, place_of(place).line) for place in scenario.places if names.intersection(place.agents)]
+    named += [(place.name, location_of(place).line) for place in scenario.places if names.intersection(place.agents)]
     for taken, line in named:
         if taken in devices:
             message = f"the name '{taken}' is taken by the {devices[taken]} '{taken}' of {robot.name}."

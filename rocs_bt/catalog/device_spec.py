@@ -28,7 +28,7 @@ from ..declare import (
     Value,
     Wrong,
     given_of,
-    place_of,
+    location_of,
     read,
 )
 from ..devices.simulated import DEVICES as SIMULATED
@@ -91,7 +91,7 @@ class BlockSpec(Value):
     @property
     def line(self) -> int:
         """Line of the table in its file; 0 if a program has made it."""
-        return place_of(self).line
+        return location_of(self).line
 
 
 class DeviceSpec(BlockSpec):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from ..base.errors import InputError
 from ..base.python_content import is_reference
 from ..base.toml_table import Table, read_toml
-from ..declare import Content, InFile, Open, Scope, SetByPrograms, Valid, Value, place_of, read, replaced
+from ..declare import Content, InFile, Open, Scope, SetByPrograms, Valid, Value, location_of, read, replaced
 from ..plan import mission_arguments
 from .marks import Dialect, Latency
 from .perturbation import Perturbation
@@ -130,4 +130,4 @@ def mission_values(build: Callable[..., Any], controller: AgentSpec | PlannerSpe
     try:
         return mission_arguments(build, controller.parameters)
     except InputError as error:
-        raise error.at(*place_of(controller.parameters)) from error
+        raise error.at(*location_of(controller.parameters)) from error

@@ -12,7 +12,7 @@ from ..base.files import is_file
 from ..base.python_content import is_reference, lacks_class
 from ..base.registered import registered
 from ..base.toml_table import Table
-from ..declare import Open, Scope, names_of, place_of, read_root, replaced, rows_in
+from ..declare import Open, Scope, location_of, names_of, read_root, replaced, rows_in
 from ..devices.simulated import ACTUATORS, SENSORS
 from ..monitor import MONITORS
 from .inherit import FindBase, no_base, overlaid, overlay_table, read_with_base
@@ -32,7 +32,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Open | None =
     """
     root = read_with_base(file, find_base)
     if overlay:
-        root = overlaid(overlay_table(overlay), root, place_of(overlay)[1:])
+        root = overlaid(overlay_table(overlay), root, location_of(overlay)[1:])
     known: dict[str, Collection[str]] = {
         "driver": (*SENSORS, *ACTUATORS, *registered("rocs_bt.devices")),
         "monitor": (*MONITORS, *names_of(rows_in(root, "monitor"))),

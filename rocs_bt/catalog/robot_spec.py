@@ -23,9 +23,9 @@ from ..declare import (
     InFile,
     Key,
     Kinds,
+    Location,
     Names,
     Open,
-    Place,
     Registered,
     Rest,
     Scope,
@@ -33,9 +33,9 @@ from ..declare import (
     Value,
     Wrong,
     has_key,
+    location_of,
     names_of,
     note_twice,
-    place_of,
     replaced,
     rows_in,
     values_of,
@@ -279,7 +279,7 @@ class RobotSpec(Value):
         """Actuator that takes the motion commands."""
         return next(each for each in self.actuators if each.name == self.motion.actuator)
 
-    def position(self, *keys: str) -> Place:
+    def position(self, *keys: str) -> Location:
         """Place of the first of some keys of `[locomotion]` that the file has; else of the table, or of `base`.
 
         Args:
@@ -287,7 +287,7 @@ class RobotSpec(Value):
         """
         paths = [key.split(".") for key in keys]
         given = [path for path in paths if self._table and ("locomotion", *path) in self._table.positions]
-        return place_of(self, "locomotion", *next(iter(given), ()))
+        return location_of(self, "locomotion", *next(iter(given), ()))
 
     @cached_property
     def faults(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from ..base.errors import Fault
 from ..base.geometry import Pose2
 from ..base.units import TIME
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
-from ..declare import place_of, replaced
+from ..declare import location_of, replaced
 from ..devices.mujoco import MujocoWorld, compose_world
 from ..devices.mujoco.body import FLOOR, geom_labels
 from ..event import NullSink
@@ -80,9 +80,9 @@ def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:
 def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
     """Places, grounds and starts of actors outside of the world; an agent's start there is refused earlier."""
     left, low, right, high = simulated.world.bounds()
-    named = [(f"the start of {m.name}", m.pose, place_of(m).line) for m in scenario.actors]
-    named += [(f"the {p.kind} '{p.name}'", p.pose, place_of(p).line) for p in scenario.places]
-    named += [(f"the ground '{g.name}'", g.pose, place_of(g).line) for g in scenario.grounds]
+    named = [(f"the start of {m.name}", m.pose, location_of(m).line) for m in scenario.actors]
+    named += [(f"the {p.kind} '{p.name}'", p.pose, location_of(p).line) for p in scenario.places]
+    named += [(f"the ground '{g.name}'", g.pose, location_of(g).line) for g in scenario.grounds]
     for what, pose, line in named:
         if pose.x < left or pose.x > right or pose.y < low or pose.y > high:
             yield Fault(
@@ -103,15 +103,15 @@ def _goal_warnings(
     for i, goal in enumerate(goals):
         fault = _goal_warning(simulated, built, agent, goal, thorough=i < _MANY)
         if fault is not None:
-            yield replace(fault, file=file, line=place_of(goal).line, warning=True)
+            yield replace(fault, file=file, line=location_of(goal).line, warning=True)
             found += 1
         if found == _MANY and i + 1 < len(goals):
             message = f"{len(goals) - i - 1} further goals of {agent.name} were not checked."
-            yield Fault(message, file, place_of(goal).line, warning=True, note=True)
+            yield Fault(message, file, location_of(goal).line, warning=True, note=True)
             return
     if len(goals) > _MANY:
         message = f"of {len(goals) - _MANY} goals of {agent.name}, only their first free pose was searched."
-        yield Fault(message, file, place_of(goals[_MANY]).line, warning=True, note=True)
+        yield Fault(message, file, location_of(goals[_MANY]).line, warning=True, note=True)
 
 
 def _goal_warning(
@@ -214,7 +214,7 @@ def floor_faults(scenario: ScenarioSpec, agent: AgentSpec, world: MujocoWorld, c
             hint = (
                 f"Give the floor of '{scenario.world}' the friction of that of '{WORLD}', or identify the robot on it."
             )
-            yield Fault(message, scenario.file, place_of(agent).line, hint=hint, warning=True)
+            yield Fault(message, scenario.file, location_of(agent).line, hint=hint, warning=True)
             return
 
 

@@ -13,7 +13,7 @@ from ..base.errors import Fault
 from ..base.geometry import Twist3
 from ..catalog import Catalog, RateSpec, RobotSpec
 from ..control.locomotion import Locomotion
-from ..declare import Place, place_of
+from ..declare import Location, location_of
 from ..running.hardware_devices import on_hardware
 from ..simulation.identified_file import AxisFigures, IdentifiedFile, identified_path, model_hash, read_identified
 
@@ -67,7 +67,7 @@ def identified_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
             yield from _not_identified(robot, catalog)
             return
         message = f"{file.name} was measured with another model or actuator; [locomotion] is not compared with it."
-        yield _warning(place_of(robot, "model"), message, f"Run: rocs-bt identify {robot.name}")
+        yield _warning(location_of(robot, "model"), message, f"Run: rocs-bt identify {robot.name}")
         return
     for difference in differences(robot, measured):
         written = " and ".join(f'{key} = "{text}"' for key, text in as_quantities(difference.values).items())
@@ -118,7 +118,7 @@ def _not_identified(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
         f"'{robot.name}' is not identified: its model or motion actuator differs from that of its base "
         f"'{robot.bases[0].parent.name}', so the measured motion does not apply. It may stop late and cut corners."
     )
-    yield _warning(place_of(robot, "base"), message, f"Run: rocs-bt identify {robot.name} --write.")
+    yield _warning(location_of(robot, "base"), message, f"Run: rocs-bt identify {robot.name} --write.")
 
 
 def _geometry(robot: RobotSpec, locomotion: Locomotion, measured: IdentifiedFile) -> Iterator[Difference]:
@@ -249,5 +249,5 @@ def _reading_period(robot: RobotSpec) -> float:
     return 1.0 / min(rates, default=RateSpec().control)
 
 
-def _warning(place: Place, message: str, hint: str) -> Fault:
+def _warning(place: Location, message: str, hint: str) -> Fault:
     return Fault(message, *place, hint, warning=True)

@@ -17,7 +17,7 @@ from ..base.raised import describe
 from ..base.registered import load, registered
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..catalog.registered_devices import registered_devices
-from ..declare import place_of
+from ..declare import location_of
 from ..devices.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world
 from ..devices.mujoco.body import hull_outline
 from ..devices.simulated import SimulatedActuator, SimulatedSensor
@@ -50,7 +50,7 @@ def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Itera
     known = [rules.name for rules in catalog.list("rules")]
     for name, thresholds in robot.thresholds.items():
         if name not in known:
-            yield unknown("rule file", name, known).at(*place_of(thresholds))
+            yield unknown("rule file", name, known).at(*location_of(thresholds))
     if not own:
         return
     yield from identified_faults(robot, catalog)
@@ -134,7 +134,7 @@ def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator
             message = f"{key} is {declared:.3g} m, but the hull of the model has {size:.3g} m"
             harm = "paths lead too near to obstacles." if declared < size else "paths avoid gaps that are wide enough."
             hint = f'Write {key} = "{size:.3g} m", or correct the geom `hull`.'
-            yield Fault(f"{message}: {harm}", *place_of(robot, "body", key), hint, warning=True)
+            yield Fault(f"{message}: {harm}", *location_of(robot, "body", key), hint, warning=True)
 
 
 def _device(

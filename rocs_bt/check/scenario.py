@@ -10,7 +10,7 @@ from ..base.errors import Fault, collected, located_at
 from ..base.files import read_text
 from ..base.registered import load, registered
 from ..catalog import AgentSpec, Catalog, Entry, RobotSpec, ScenarioSpec
-from ..declare import place_of
+from ..declare import location_of
 from ..expression import Environment
 from ..monitor import Monitor, RangeMonitor, ScanMonitor
 from ..plan import Plan
@@ -47,7 +47,7 @@ def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
     scenario, catalog = run.spec, run.catalog
     built = {agent.name: agent for agent in run.agents}
     for agent in scenario.agents:
-        with collected(found), located_at(scenario.file, place_of(agent).line):
+        with collected(found), located_at(scenario.file, location_of(agent).line):
             if agent.name in built:
                 found += _agent_faults(scenario, agent, catalog, built[agent.name])
     for table in sorted(scenario.tables.keys() & registered("rocs_bt.checks")):
@@ -81,7 +81,7 @@ def _slow_sensors(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
             "reflexes are late, and it may never reach its goal."
         )
         hint = f"Use at least {1.0 / _SLOW:g} Hz, better the {scenario.rate.control:g} Hz of the control."
-        yield Fault(message, scenario.file, place_of(scenario.rate).line, hint=hint, warning=True)
+        yield Fault(message, scenario.file, location_of(scenario.rate).line, hint=hint, warning=True)
 
 
 def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
@@ -93,7 +93,7 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
             what = "does not happen" if push.at >= end else "may not happen"
             message = f"the push of {push.robot} {when} {what}: the run ends at {end:g} s."
             hint = "Push earlier, or increase the scenario's duration."
-            yield Fault(message, scenario.file, place_of(push).line, hint=hint, warning=True)
+            yield Fault(message, scenario.file, location_of(push).line, hint=hint, warning=True)
 
 
 def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, built: Agent) -> Iterator[Fault]:
@@ -110,7 +110,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, bu
         yield from inactive_faults(rules, robot.name, catalog)
         found += rules.rules
     if on_hardware(catalog, robot):
-        yield from (fault.at(scenario.file, place_of(agent).line) for fault in unprotected(built, robot, found))
+        yield from (fault.at(scenario.file, location_of(agent).line) for fault in unprotected(built, robot, found))
     for entry in catalog.content_of_controller(agent):
         if entry.path.suffix == ".py":
             yield from blocking_faults(read_text(entry.path), entry.path)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ..agent import Agent, Controller, Rates, Runtime, build_agent
+from ..agent import Agent, AgentRuntime, Controller, Rates, build_agent
 from ..base.clock import SimulatedClock
 from ..base.errors import Fault
 from ..catalog import RateSpec, RobotSpec
@@ -32,5 +32,5 @@ def stub_agent(
     rate = RateSpec()
     clock, rates = SimulatedClock(rate.control_rate.period), Rates(rate.control_rate, rate.plan_rate)
     devices = worldless_devices(robot, replaced(rate, sensors=rate.control), clock)
-    runtime, controller = Runtime(clock, NullSink()), controller or Controller(build=Plan.idle)
+    runtime, controller = AgentRuntime(clock, NullSink()), controller or Controller(build=Plan.idle)
     return build_agent("R1", devices, controller, rates, runtime, load_class=load_class, faults=faults)

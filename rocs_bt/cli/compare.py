@@ -23,7 +23,7 @@ from ..declare import Option
 from .compare_cold import cold_plan, print_cold
 from .content import json_option, no_code_option
 from .options import EpisodeOptions, declared_options
-from .progress import Progress
+from .progress import ProgressBar
 from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def command(planners: Sequence[str], as_json: bool, no_code: bool, **options: An
     An interrupted comparison continues where it stopped when called again. Exits with 1 if an episode ended in an
     error or content raised an exception.
     """
-    from ..compare import Comparison, Store, SweepOptions, sweep
+    from ..compare import Comparison, EpisodeStore, SweepOptions, sweep
     from ..compare.metric import DEFAULT_METRICS, metric
 
     given, catalog = CompareOptions(**options), Catalog.here(code=not no_code)
@@ -128,10 +128,10 @@ def command(planners: Sequence[str], as_json: bool, no_code: bool, **options: An
         stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
     )
     with ExitStack() as stack:
-        kept = stack.enter_context(Store(given.store))
+        kept = stack.enter_context(EpisodeStore(given.store))
         cluster = None if given.cluster is None else load("rocs_bt.services", "cluster")(given.cluster)
         executor = None if cluster is None else stack.enter_context(cluster)
-        progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
+        progress = stack.enter_context(ProgressBar(" ".join(planners), total, "episodes"))
         found = sweep(
             chosen,
             places,

@@ -12,7 +12,7 @@ from ..catalog import Catalog, Perturbation, PlannerSpec, parse_perturbation
 from .terminal import echo, show_table
 
 if TYPE_CHECKING:
-    from ..compare import Comparison, Store, SweepOptions
+    from ..compare import Comparison, EpisodeStore, SweepOptions
     from ..compare.cold import Loss, Walk
     from ..compare.episode import SceneRef
     from ..compare.record import EpisodeRecord
@@ -44,7 +44,7 @@ class ColdPlan:
         comparison: Comparison,
         places: Sequence[SceneRef],
         seeds: int,
-        store: Store,
+        store: EpisodeStore,
         executor: Executor | None,
         options: SweepOptions,
     ) -> list[Walk]:

@@ -14,7 +14,7 @@ from ..event import Event, RulesReplaced, SubtreeSwapped, SwapRefused
 from .content import catalog_for, json_option, no_code_option
 from .options import declared_options
 from .outcome import exit_code, outcome_text
-from .progress import Progress
+from .progress import ProgressBar
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def play_scenario(
     folder = given["out"] or _default_folder(planner, scenario if planner else spec.name, given["seed"], on_hardware)
     signals = StopSignals(_NOTICE)
     with closing(run), _live(port) if show_live else nullcontext() as live:
-        with Progress(spec.name, given["duration"] or spec.duration, unit) as shown:
+        with ProgressBar(spec.name, given["duration"] or spec.duration, unit) as shown:
 
             def show(t: float) -> None:
                 if progress is not None:

@@ -13,12 +13,12 @@ _PATIENCE = 1.0  # [s] before the bar is shown
 _INTERVAL = 60.0  # [s] between two lines where there is no terminal
 
 
-class Progress:
+class ProgressBar:
     """Progress on stderr: a bar after one second on a terminal, else a line a minute.
 
     The commands call it with the amount of work done so far:
 
-        with Progress("exp1", total=60.0) as progress:
+        with ProgressBar("exp1", total=60.0) as progress:
             run(..., progress=progress)
 
     Args:
@@ -37,7 +37,7 @@ class Progress:
         self._bar: Any = None
         self._task: Any = None
 
-    def __enter__(self) -> Progress:
+    def __enter__(self) -> ProgressBar:
         return self
 
     def __call__(self, done: float) -> None:

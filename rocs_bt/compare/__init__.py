@@ -13,12 +13,13 @@ from .floor_grid import shortest_cells
 from .obstacle import Block, Post, length_of, walls_around
 from .people import PeopleFamily, TrafficFamily, Walk, one_of
 from .run_sweep import SweepOptions, sweep
-from .store import Store
+from .store import EpisodeStore
 
 __all__ = [
     "Block",
     "Building",
     "Comparison",
+    "EpisodeStore",
     "Family",
     "FamilyScene",
     "Floor",
@@ -26,7 +27,6 @@ __all__ = [
     "Post",
     "ScenarioScene",
     "Scene",
-    "Store",
     "SweepOptions",
     "TaskFamily",
     "TrafficFamily",

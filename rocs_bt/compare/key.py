@@ -43,7 +43,7 @@ _NOT_PLAYED = (
 """Folders and modules of rocs_bt that do not affect the result of an episode."""
 
 
-class Keys:
+class EpisodeKeys:
     """Computes the keys of a sweep's episodes.
 
     A key is a hash of the content and parameters of scene and planner, the seed, the engine's code, the versions of

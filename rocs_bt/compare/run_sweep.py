@@ -12,11 +12,11 @@ from ..base.errors import Fault, InputError, RocsError
 from ..catalog import Catalog, PlannerSpec
 from .check_planners import check_planners
 from .episode import Episode, ScenarioScene, SceneRef
-from .key import Keys
+from .key import EpisodeKeys
 from .pool import EXIT_TIMEOUT, WorkerDied, WorkerPool
 from .record import EpisodeRecord
 from .runner import failure_record, run_episode
-from .store import Cost, Store
+from .store import Cost, EpisodeStore
 
 WALL_LIMIT = 300.0
 """Maximum wall-clock time of an episode [s]."""
@@ -52,7 +52,7 @@ class SweepOptions:
 class Sweep:
     """Result of a sweep."""
 
-    store: Store
+    store: EpisodeStore
     keys: tuple[str, ...]  # ordered by planner, scene and seed
     played: int  # the other episodes were in the store already
     warnings: tuple[Fault, ...] = ()
@@ -68,7 +68,7 @@ def sweep(
     seeds: Iterable[int] = (1,),
     *,
     catalog: Catalog | None = None,
-    store: Store | None = None,
+    store: EpisodeStore | None = None,
     executor: Executor | None = None,
     options: SweepOptions | None = None,
     progress: Callable[[float], None] = lambda done: None,
@@ -97,7 +97,7 @@ def sweep(
     catalog, options = catalog or Catalog.here(), options or SweepOptions()
     chosen = [catalog.load_planner(each) if isinstance(each, str) else each for each in planners]
     refs = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
-    store, warnings = Store() if store is None else store, tuple[Fault, ...]()
+    store, warnings = EpisodeStore() if store is None else store, tuple[Fault, ...]()
     try:
         by_scene = episodes_of(chosen, refs, tuple(seeds), catalog, options)
     except InputError:
@@ -112,7 +112,7 @@ def sweep(
 
 def play_episodes(
     by_scene: Sequence[Sequence[Episode]],
-    store: Store,
+    store: EpisodeStore,
     executor: Executor | None,
     options: SweepOptions,
     progress: Callable[[float], None] = lambda done: None,
@@ -146,7 +146,7 @@ def episodes_of(
 ) -> list[list[Episode]]:
     """All episodes of a sweep, grouped by scene, because workers cache the scenes that they have prepared."""
     _refuse_duplicate_names(planners)
-    keys, extra = Keys(catalog), (catalog.project, options.wall_limit, options.require, catalog.code)
+    keys, extra = EpisodeKeys(catalog), (catalog.project, options.wall_limit, options.require, catalog.code)
     return [
         [Episode(keys.of(p, scene, seed, options.require), p, scene, seed, *extra) for p in planners for seed in seeds]
         for scene in scenes
@@ -159,7 +159,7 @@ class _Progress:
     def __init__(
         self,
         by_scene: Sequence[Sequence[Episode]],
-        store: Store,
+        store: EpisodeStore,
         stop_when: Callable[[Sequence[EpisodeRecord]], bool] | None,
     ) -> None:
         self._by_scene = by_scene

@@ -44,7 +44,7 @@ class Cost:
     cpu: float
 
 
-class Store:
+class EpisodeStore:
     """Store of episodes by key; a context manager. Several sweeps may use one store at the same time.
 
     Args:
@@ -94,7 +94,7 @@ class Store:
         hint = "Choose another folder, or move this file away; its episodes are then played again."
         return Fault(f"{store} {why}.", hint=hint)
 
-    def __enter__(self) -> Store:
+    def __enter__(self) -> EpisodeStore:
         return self
 
     def __exit__(self, *exc: object) -> None:

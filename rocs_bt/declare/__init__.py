@@ -35,7 +35,7 @@ from .marks import (
     Valid,
     Word,
 )
-from .open import NOWHERE, Open, Place, has_key, place_of
+from .open import NOWHERE, Location, Open, has_key, location_of
 from .read import Kind, names_of, note_twice, read, read_key, read_root, rows_in
 from .schema import json_schema
 from .values import checked, read_arguments, read_fields, read_value, read_values, refuse_faults
@@ -53,11 +53,11 @@ __all__ = [
     "Keys",
     "Kind",
     "Kinds",
+    "Location",
     "Names",
     "OneOf",
     "Open",
     "Option",
-    "Place",
     "ReadBy",
     "Registered",
     "Rest",
@@ -79,11 +79,11 @@ __all__ = [
     "json_schema",
     "keys_of",
     "known_key",
+    "location_of",
     "names_of",
     "note_twice",
     "options_of",
     "own_fields",
-    "place_of",
     "read",
     "read_arguments",
     "read_fields",

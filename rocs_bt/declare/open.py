@@ -1,4 +1,4 @@
-"""Open tables: values with keys that others declare, such as the parameters of a mission, with their places."""
+"""Open tables: values with keys that others declare, such as the parameters of a mission, with their locations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ..base.toml_table import Table
 
 
-class Place(NamedTuple):
+class Location(NamedTuple):
     """File, line and column of a value; see `NOWHERE`."""
 
     file: Path | None
@@ -17,8 +17,8 @@ class Place(NamedTuple):
     column: int
 
 
-NOWHERE = Place(None, 0, 0)
-"""Place of a value made by a program."""
+NOWHERE = Location(None, 0, 0)
+"""Location of a value made by a program."""
 
 
 class Open(dict[str, Any]):
@@ -39,11 +39,11 @@ class Open(dict[str, Any]):
         return Table(Path(), self, (), {}) if of is None else Table(of.file, self, of.key, of.positions)
 
 
-def place_of(of: object, *key: str | None) -> Place:
-    """Place of a key of a declared object or an open table, which may lead into tables, or of the table itself."""
+def location_of(of: object, *key: str | None) -> Location:
+    """Location of a key of a declared object or an open table, which may lead into tables, or of the table itself."""
     table: Table | None = getattr(of, "_table", None)
     path = () if table is None else (*table.key, *filter(None, key))
-    return NOWHERE if table is None else Place(table.file, *table.position_of(path))
+    return NOWHERE if table is None else Location(table.file, *table.position_of(path))
 
 
 def has_key(of: object, key: str) -> bool:

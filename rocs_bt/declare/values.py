@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from ..base.errors import Fault, InputError, unknown
 from ..base.toml_table import Table
 from .fields import Declared, Field, fields_of
-from .open import Open, place_of
+from .open import Open, location_of
 from .read import Kind, read, read_key
 
 D = TypeVar("D", bound=Declared)
@@ -61,7 +61,7 @@ def _refuse(table: Table, values: Mapping[str, Any], owner: str, fields: Iterabl
         if name not in table.known:
             table.adopt(name, InputError(unknown("parameter", name, known, start)))
     if table.faults:
-        has_file = isinstance(values, Open) and place_of(values).file is not None
+        has_file = isinstance(values, Open) and location_of(values).file is not None
         raise InputError(*(fault if has_file else replace(fault, file=None) for fault in table.faults))
 
 

@@ -6,7 +6,7 @@ The only folder that imports networkx. All blocks and the layers above import it
 from ..control.prediction import HYPOTHESES
 from .attribute import Attribute, Live
 from .base import Model
-from .declaration import Kind, Relation
+from .declaration import NodeKind, Relation
 from .graph import KnowledgeGraph
 from .knowledge import Knowledge
 from .movers import Movers
@@ -33,12 +33,12 @@ __all__ = [
     "Candidate",
     "Choice",
     "Find",
-    "Kind",
     "Knowledge",
     "KnowledgeGraph",
     "Live",
     "Model",
     "Movers",
+    "NodeKind",
     "OccupancyGrid",
     "Query",
     "QueryContext",

@@ -57,7 +57,7 @@ def checked(owner: tuple[str, ...], declared: Mapping[str, Attribute], given: Ma
 
 
 @dataclass(frozen=True)
-class Kind:
+class NodeKind:
     """Kind of node.
 
     Attributes:

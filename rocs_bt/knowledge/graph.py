@@ -19,7 +19,7 @@ from .readable import Readable, Stamp, known
 from .schema import SCHEMA, Schema
 from .signals import Array
 from .spatial_index import Batch
-from .store import Row, Store
+from .store import GraphStore, Row
 from .subscription import Callback, SubscriberFailure, Subscribers, Subscription
 
 _NEVER = Stamp(-math.inf, 0)
@@ -52,7 +52,7 @@ class KnowledgeGraph(Readable):
         # one dict do without it: they are atomic in CPython, and `Row.write` replaces all values of a row at once.
         self._lock = threading.RLock()
         self._locks = 0  # depth of `locked`; only the holder of the lock changes it
-        self._store = Store(schema)
+        self._store = GraphStore(schema)
         self._rows = self._store.rows
         self._declared = {name: kind.attributes for name, kind in schema.kinds.items()}
         self._lineages = schema.lineages

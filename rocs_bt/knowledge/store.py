@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 from ..base.errors import KnowledgeError
 from ..base.geometry import Pose2
 from .attribute import Attribute
-from .declaration import Kind, Relation
+from .declaration import NodeKind, Relation
 from .schema import Schema
 from .spatial_index import SpatialIndex
 
@@ -37,7 +37,7 @@ class Row(dict[str, Any]):
         return dict, (dict(self),)
 
 
-class Store:
+class GraphStore:
     """A networkx MultiDiGraph with edges keyed by their relation, and indexes for fast reading.
 
     Attributes:
@@ -156,7 +156,7 @@ class Store:
                 )
 
 
-def _has_pose(kind: Kind) -> bool:
+def _has_pose(kind: NodeKind) -> bool:
     return "pose" in kind.attributes and kind.attributes["pose"].type is Pose2
 
 

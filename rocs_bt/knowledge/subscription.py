@@ -15,7 +15,7 @@ from ..event import EventSink, KnowledgeChanged, SubscriberDetached
 Callback: TypeAlias = Callable[[KnowledgeChanged], None]
 
 
-class Delivery(msgspec.Struct, frozen=True, gc=False):
+class QueuedChange(msgspec.Struct, frozen=True, gc=False):
     """Queued change, with the data that subscriptions filter by: its nodes, their kinds, and an edge's relation."""
 
     change: KnowledgeChanged
@@ -71,7 +71,7 @@ class Subscription:
             and (self._relation is None or self._relation == relation)
         )
 
-    def notify(self, delivery: Delivery) -> None:
+    def notify(self, delivery: QueuedChange) -> None:
         """Call the callback if the change passes the filters; detach a callback that raises."""
         if self.active and self.fits(delivery.nodes, delivery.kinds, delivery.relation):
             try:
@@ -86,7 +86,7 @@ class Subscribers:
 
     def __init__(self, sink: EventSink) -> None:
         self._sink = sink
-        self.pending: deque[Delivery] = deque()
+        self.pending: deque[QueuedChange] = deque()
         self._delivering = threading.Lock()
         self._changing = threading.Lock()
         # Replaced as a whole, never changed in place: `deliver` iterates over it without a lock.
@@ -111,7 +111,7 @@ class Subscribers:
         """Queue a change for delivery if it matches any subscription."""
         for subscription in self.all:
             if subscription.fits(nodes, kinds, relation):
-                self.pending.append(Delivery(change, nodes, kinds, relation))
+                self.pending.append(QueuedChange(change, nodes, kinds, relation))
                 return
 
     def deliver(self) -> None:

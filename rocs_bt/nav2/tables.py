@@ -99,7 +99,7 @@ class _NoService(Serviced, _WithoutRos):
     outcome = SUCCESS
 
 
-class Battery(_WithoutRos):
+class BatteryCondition(_WithoutRos):
     """Base of conditions on the state of a battery; FAILURE without ROS."""
 
     kind = "Condition"
@@ -107,7 +107,7 @@ class Battery(_WithoutRos):
     battery_topic: Annotated[str, "topic; for a running Nav2 only"] = "/battery_status"
 
 
-class _BatteryLow(Battery):
+class _BatteryLow(BatteryCondition):
     min_battery: Annotated[float, "threshold: charge from 0 to 1"] = 0.0
     is_voltage: Annotated[bool, "whether the threshold is a voltage; for a running Nav2 only"] = False
     why = "the robot has no signal `battery`, as if no message had arrived"
@@ -168,7 +168,7 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         "the robot's reflexes stay on, whatever the value of `enable`",
         {"enable": port_of(bool, "whether Nav2's collision monitor is on; for a running Nav2 only", default=True)},
     ),
-    "IsBatteryCharging": (Battery, 0, Battery.why, {}),
+    "IsBatteryCharging": (BatteryCondition, 0, BatteryCondition.why, {}),
     "NavigateToPose": (
         _NoServer,
         9001,

@@ -7,7 +7,7 @@ from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..trees.board import Board, Entry
+from ..trees.board import Board, BoardEntry
 from ..trees.nodes import Tree
 from ..trees.xml.write import value_text
 
@@ -38,7 +38,7 @@ class BoardChanges:
         self._tree = tree
         self._nodes: tuple[Any, ...] = ()
         self._boards: dict[str, Board] = {}
-        self._seen: dict[tuple[str, str], tuple[Entry, int]] = {}
+        self._seen: dict[tuple[str, str], tuple[BoardEntry, int]] = {}
         self._texts: dict[tuple[str, str], str] = {}
 
     def take(self) -> Iterator[tuple[str, str, str]]:

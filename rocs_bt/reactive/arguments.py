@@ -12,11 +12,11 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.toml_table import Table
 from ..base.units import NOT_NEGATIVE, TIME, Dimension, convert
 from ..base.words import listed
-from ..declare import Declared, Field, Open, Place, known_key, place_of, read_key
+from ..declare import Declared, Field, Location, Open, known_key, location_of, read_key
 from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, evaluate, parse
 from ..interfaces.action import Action, misfits_of, parameters_of
 from ..knowledge import Knowledge
-from .include import Document
+from .include import RuleDocument
 from .rule import Argument, Rule
 from .rule_keys import ActionKeys
 
@@ -32,7 +32,7 @@ class ExpressionReader:
     """
 
     def __init__(
-        self, document: Document, environment: Environment, absent: dict[str, tuple[str, ...]] | None = None
+        self, document: RuleDocument, environment: Environment, absent: dict[str, tuple[str, ...]] | None = None
     ) -> None:
         self.faults = document.table.faults
         self.environment = environment
@@ -84,23 +84,23 @@ class ExpressionReader:
 
     def fault(self, of: Source, key: str, *faults: Fault | str) -> None:
         """Record faults at a key of a table."""
-        self.faults.extend(InputError(*faults).at(*place_of(of, key)).faults)
+        self.faults.extend(InputError(*faults).at(*location_of(of, key)).faults)
 
     def missing(self, text: str) -> tuple[str, ...]:
         """Optional signals that an expression needs and the robot lacks."""
         unknown_words = words(text).difference(self.environment.names)
         return tuple(sorted({name for word in unknown_words for name in self.absent.get(word, ())}))
 
-    def position(self, of: Source, key: str, text: str = "") -> Place:
+    def position(self, of: Source, key: str, text: str = "") -> Location:
         """Position of a key, or of the first character of its value if this expression is given as `text`."""
-        file, line, column = place_of(of, key)
+        file, line, column = location_of(of, key)
         if text and 0 < line <= len(self._lines):
             written = self._lines[line - 1]
             # A text with escapes or several lines is not found literally; then the position of the key is used.
             found = [at for quote in "\"'" if (at := written.find(f"{quote}{text}{quote}", column)) >= 0]
             if found:
-                return Place(file, line, min(found) + 2)
-        return Place(file, line, column)
+                return Location(file, line, min(found) + 2)
+        return Location(file, line, column)
 
     def duration(self, of: Declared, key: str, value: Any) -> float:
         """Duration at a key [s], written as a quantity or as the name of a threshold; 0 if it is invalid."""
@@ -142,7 +142,7 @@ class ExpressionReader:
 
     def _note(self, of: Source, key: str, text: str, fault: Fault) -> None:
         file, line, column = self.position(of, key, text)
-        if (file, line, column) != place_of(of, key):
+        if (file, line, column) != location_of(of, key):
             column += max(1, fault.column) - 1
         self.faults.append(replace(fault, file=file, line=line, column=column))
 

@@ -15,7 +15,7 @@ MAX_FILES = 50
 
 
 @dataclass(frozen=True)
-class Document:
+class RuleDocument:
     """One file of a rule set, as read.
 
     Attributes:
@@ -29,7 +29,7 @@ class Document:
     lines: list[str]
 
 
-def read_documents(file: Path | Table) -> list[Document]:
+def read_documents(file: Path | Table) -> list[RuleDocument]:
     """Read a rule file and its included files, each once; included files come first.
 
     Paths in `include` are relative to the including file and must lie in the same project. Faults of an `include` are
@@ -39,7 +39,7 @@ def read_documents(file: Path | Table) -> list[Document]:
         InputError: `file` itself cannot be read.
     """
     top = file if isinstance(file, Table) else read_toml(file)
-    found: dict[Path, Document] = {}
+    found: dict[Path, RuleDocument] = {}
     _gather(top, [], found, project_of(top.file))
     return list(found.values())
 
@@ -59,7 +59,7 @@ def project_of(file: Path) -> Path:
     return folder.parent if folder.name == "rules" else folder
 
 
-def _gather(table: Table, above: list[Path], found: dict[Path, Document], project: Path) -> None:
+def _gather(table: Table, above: list[Path], found: dict[Path, RuleDocument], project: Path) -> None:
     path = table.file.resolve()
     chain, keys = [*above, path], read(RuleFile, table)
     for named in keys.include:
@@ -74,10 +74,10 @@ def _gather(table: Table, above: list[Path], found: dict[Path, Document], projec
             table.fault("include", f"the files include each other: {' -> '.join([*names, resolved.name])}.")
         elif resolved not in found:
             _include(table, target, chain, found, project)
-    found[path] = Document(table, keys, _lines(table.file))
+    found[path] = RuleDocument(table, keys, _lines(table.file))
 
 
-def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Document], project: Path) -> None:
+def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, RuleDocument], project: Path) -> None:
     if len(chain) + len(found) >= MAX_FILES:
         table.fault("include", f"a rule file can consist of at most {MAX_FILES} files.")
         return

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.units import Dimension
-from ..declare import Place
+from ..declare import Location
 from ..expression import Expression, Node
 
 
@@ -28,7 +28,7 @@ class Expected:
     sample: int
     fires: bool | None
     parameters: Mapping[str, Any]
-    position: Place
+    position: Location
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class RuleTest:
     samples: tuple[tuple[float, tuple[float, ...]], ...]
     expected: tuple[Expected, ...]
     mode: str
-    position: Place
+    position: Location
 
 
 class OnInvalid(Enum):
@@ -119,7 +119,7 @@ class Rule:
     waits_for: str = ""
     doc: str = ""
     tests: tuple[RuleTest, ...] = field(default=(), compare=False)
-    positions: Mapping[str, Place] = field(default_factory=dict, compare=False)
+    positions: Mapping[str, Location] = field(default_factory=dict, compare=False)
 
     def nodes(self) -> Iterator[Node]:
         """Typed trees of all expressions of the rule: `when`, `until`, then the action's parameters."""
@@ -160,7 +160,7 @@ class InactiveRule:
 
     name: str
     missing: tuple[str, ...]
-    position: Place
+    position: Location
 
 
 @dataclass(frozen=True)

@@ -33,11 +33,11 @@ from pathlib import Path
 from ..base.errors import Fault, InputError, unknown
 from ..base.signal import OPTIONAL_SIGNALS
 from ..base.toml_table import Table
-from ..declare import Place, fields_of, has_key, place_of
+from ..declare import Location, fields_of, has_key, location_of
 from ..expression import Environment, one_for_each_signal
 from ..interfaces.action import Action
 from .arguments import ExpressionReader, parameters_in, read_arguments
-from .include import Document, read_documents
+from .include import RuleDocument, read_documents
 from .rule import InactiveRule, OnInvalid, Rule, RuleSet, tie, ties
 from .rule_keys import RuleKeys
 from .rule_test import read_tests
@@ -79,7 +79,7 @@ def read_rules(
     environment: Environment,
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
-) -> tuple[RuleSet, list[Fault], Document]:
+) -> tuple[RuleSet, list[Fault], RuleDocument]:
     """Read the valid rules of a file, its errors and warnings, and the file itself; arguments as in `load_rules`.
 
     Raises:
@@ -119,7 +119,11 @@ def read_rules(
 
 
 def _read_rules(
-    reader: ExpressionReader, document: Document, label: str, actions: Mapping[str, type[Action]], rules: list[_Read]
+    reader: ExpressionReader,
+    document: RuleDocument,
+    label: str,
+    actions: Mapping[str, type[Action]],
+    rules: list[_Read],
 ) -> None:
     """Append the rules of one file to `rules`."""
     before = {rule.name for rule, _ in rules if rule is not None}
@@ -141,11 +145,11 @@ def required_signals(file: Path | Table) -> set[str]:
         return set()
 
 
-def _required(documents: Sequence[Document]) -> set[str]:
+def _required(documents: Sequence[RuleDocument]) -> set[str]:
     return {name for document in documents for keys in document.keys.rule.values() for name in keys.require}
 
 
-def _aliases(reader: ExpressionReader, document: Document) -> None:
+def _aliases(reader: ExpressionReader, document: RuleDocument) -> None:
     table = document.keys.alias
     for key, text in table.items():
         if not isinstance(text, str):
@@ -172,7 +176,7 @@ def _rule(
     if missing := tuple(signal for signal in keys.require if signal not in reader.environment.signals):
         if keys.action is not None:
             parameters_in(reader, keys.action, actions)
-        return InactiveRule(name, missing, place_of(keys, "require"))
+        return InactiveRule(name, missing, location_of(keys, "require"))
     when, until = reader.guard(keys, "when", keys.when), reader.guard(keys, "until", keys.until)
     arguments = {} if keys.action is None else read_arguments(reader, keys.action, actions)
     action = "" if keys.action is None else keys.action.name
@@ -203,7 +207,7 @@ def _rule(
     return rule if when else None
 
 
-def _positions(reader: ExpressionReader, keys: RuleKeys) -> dict[str, Place]:
+def _positions(reader: ExpressionReader, keys: RuleKeys) -> dict[str, Location]:
     """Positions of the keys of a rule; of those with an expression, the position of the expression."""
     expressions = {"when": keys.when, "until": keys.until or ""}
     found = {
@@ -215,7 +219,7 @@ def _positions(reader: ExpressionReader, keys: RuleKeys) -> dict[str, Place]:
         written = {"name": "", **action.parameters}
         texts = {key: value if isinstance(value, str) else "" for key, value in written.items()}
         found |= {f"action.{key}": reader.position(action, key, text) for key, text in texts.items()}
-    return {"": place_of(keys), **found}
+    return {"": location_of(keys), **found}
 
 
 def _refuse_ties(reader: ExpressionReader, rules: list[_Read]) -> None:

@@ -24,7 +24,7 @@ from ..base.files import confined, is_file
 from ..base.signal import Signal
 from ..base.toml_table import read_toml
 from ..base.units import convert
-from ..declare import Open, Place, place_of, read, read_key
+from ..declare import Location, Open, location_of, read, read_key
 from ..expression import Environment
 from ..interfaces.action import Action, parameters_of
 from .include import project_of
@@ -62,7 +62,7 @@ def read_tests(
             samples.append((sample.t, tuple(row)))
         expected = tuple(_expected(keys, each, action, faults) for each in keys.expect)
         name = keys.name or f"{rule}, test {i + 1}"
-        made.append(RuleTest(name, tuple(samples), expected, keys.mode, place_of(keys)))
+        made.append(RuleTest(name, tuple(samples), expected, keys.mode, location_of(keys)))
     return tuple(made)
 
 
@@ -96,7 +96,7 @@ def add_test_files(
                 if rule is None:
                     names = [*(r.name.rpartition("/")[2] for r in rules.rules), *skipped]
                     error = InputError(unknown("rule", name, names, rules.files[-1].name))
-                    table.faults.extend(error.at(*place_of(keys)).faults)
+                    table.faults.extend(error.at(*location_of(keys)).faults)
                 action = actions.get(rule.action) if rule else None
                 tests = read_tests(keys.test, name, environment, action, table.faults)
                 if rule is not None:
@@ -127,7 +127,7 @@ def _expected(test: RuleTestKeys, keys: ExpectationKeys, action: type[Action] | 
             parameters[key] = read_key(declared[key], table)
         elif action:
             table.adopt(key, InputError(unknown(f"parameter of {action.__name__}", key, declared, action.__name__)))
-    return Expected(test.sample(keys), keys.fires, parameters, place_of(keys))
+    return Expected(test.sample(keys), keys.fires, parameters, location_of(keys))
 
 
 def _give(values: Open, row: list[float], environment: Environment, faults: list[Fault]) -> None:
@@ -148,7 +148,7 @@ def _give(values: Open, row: list[float], environment: Environment, faults: list
             for at, part in zip(indices, parts, strict=True):
                 row[environment.offsets[signal.name] + at] = _number(key, part, signal, at)
         except InputError as error:
-            faults.extend(error.at(*place_of(values, key)).faults)
+            faults.extend(error.at(*location_of(values, key)).faults)
 
 
 def _indices(key: str, environment: Environment) -> tuple[range, Signal]:
@@ -196,7 +196,7 @@ class RuleTestResult:
     rule: str
     test: str
     message: str
-    position: Place
+    position: Location
 
     @property
     def passed(self) -> bool:

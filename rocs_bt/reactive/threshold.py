@@ -25,10 +25,10 @@ from typing import Any
 from ..base.errors import Fault, InputError, did_you_mean, unknown
 from ..base.units import NONE, Quantity, convert, parse_quantity, unit_names
 from ..control.body_values import BODY_VALUES as ROBOT_VALUES
-from ..declare import NOWHERE, Open, Place
+from ..declare import NOWHERE, Location, Open
 from ..expression import FUNCTIONS, Environment, Kind, Node, evaluate
 from .arguments import ExpressionReader, words
-from .include import Document
+from .include import RuleDocument
 from .rule_keys import is_name
 
 DIGITS = 4
@@ -47,7 +47,7 @@ class Override:
     """
 
     value: Any
-    place: Place = NOWHERE
+    place: Location = NOWHERE
 
 
 def usable(name: str, taken: Collection[str]) -> bool:
@@ -57,7 +57,7 @@ def usable(name: str, taken: Collection[str]) -> bool:
 
 
 def read_thresholds(
-    documents: Sequence[Document], environment: Environment, overrides: Mapping[str, Override], rules: str
+    documents: Sequence[RuleDocument], environment: Environment, overrides: Mapping[str, Override], rules: str
 ) -> tuple[dict[str, Node], list[Fault]]:
     """Read the `[robot]` and `[threshold]` tables of a rule file and of its included files.
 
@@ -90,7 +90,7 @@ class _ThresholdReader:
         self._open: list[str] = []  # thresholds that are being read
         self._faults: list[Fault] = []
 
-    def declare(self, document: Document, table: Open, robot: bool) -> None:
+    def declare(self, document: RuleDocument, table: Open, robot: bool) -> None:
         """Add the thresholds of one table of a file."""
         reader = ExpressionReader(document, self._environment)
         for name in table:

@@ -10,7 +10,7 @@ from ..event import ContactBegan, Level, OutcomeDecided
 from .alternation import livelock
 from .moment import Mission
 from .samples import stopped
-from .states import Key
+from .states import TrackKey
 from .tracks import Tracks
 
 TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
@@ -32,7 +32,7 @@ class Decisive(msgspec.Struct, frozen=True):
     """
 
     t: float
-    about: Key
+    about: TrackKey
     text: str = ""
 
 
@@ -56,7 +56,7 @@ def _judged(tracks: Tracks, agent: str, outcomes: Mapping[str, str]) -> OutcomeD
 def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
     t, agent = judged.t, judged.agent
     if lock := livelock(tracks.steps(agent, "alternation"), judged, tracks.header.start):
-        return Decisive(lock.begin, Key(agent, "alternation"), lock.text)
+        return Decisive(lock.begin, TrackKey(agent, "alternation"), lock.text)
     for line in reversed(tracks.log):
         about = line.about  # a sensor that failed need not be the cause
         if line.agent == agent and line.level >= Level.ERROR and line.t <= t and about and about.topic != "sensor":
@@ -66,17 +66,17 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
     mission = Mission(tracks, agent, t)
     leaf = mission.failed() or max((p for p in mission.nodes if mission.status(p) == "FAILURE"), key=len, default="")
     if leaf and mission.note(leaf):
-        return Decisive(mission.since(leaf), Key(agent, "node", leaf))
+        return Decisive(mission.since(leaf), TrackKey(agent, "node", leaf))
     # A leaf such as AlwaysFailure has no message: one before it often has.
     said = _said(tracks, mission, agent, t) if judged.outcome == "failed" else None
     if said is None and leaf:
-        return Decisive(mission.since(leaf), Key(agent, "node", leaf))
+        return Decisive(mission.since(leaf), TrackKey(agent, "node", leaf))
     if judged.outcome == "collision":  # it need not have ended the run
         hits = (
             e.t for e in tracks.events if isinstance(e, ContactBegan) and e.agent == agent and e.kind == "collision"
         )
         t = min(hits, default=t)
-    return said or Decisive(max(tracks.header.start, t - _BEFORE), Key(agent, "outcome"))
+    return said or Decisive(max(tracks.header.start, t - _BEFORE), TrackKey(agent, "outcome"))
 
 
 def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
@@ -85,7 +85,7 @@ def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
     for rule in rules:
         failures = tracks.steps(agent, "failures", rule).at(t)
         if failures is not None and failures.count >= AGAIN:
-            return Decisive(failures.first, Key(agent, "rule", rule), failures.text)
+            return Decisive(failures.first, TrackKey(agent, "rule", rule), failures.text)
     return None
 
 
@@ -99,14 +99,15 @@ def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive 
         failed = [t for t, status in zip(track.t, track.v, strict=True) if status == "FAILURE" and t <= end]
         last = max((t for t in failed if notes.at(t)), default=None)
         if last is not None and (found is None or last >= found.t):
-            found = Decisive(last, Key(agent, "node", path))
+            found = Decisive(last, TrackKey(agent, "node", path))
     return found
 
 
 def _first_reflex(tracks: Tracks) -> list[Decisive]:
     fired = (
         Decisive(
-            next(t for t, state in zip(track.t, track.v, strict=True) if state.fired), Key(agent.name, "rule", rule)
+            next(t for t, state in zip(track.t, track.v, strict=True) if state.fired),
+            TrackKey(agent.name, "rule", rule),
         )
         for agent in tracks.header.agents
         for rule, track in tracks.steps_of(agent.name, "rule").items()

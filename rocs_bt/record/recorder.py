@@ -15,9 +15,9 @@ from ..base.errors import RecordingError
 from ..base.files import create
 from ..event import Event
 from . import codec, foxglove
+from .foxglove_messages import Draw, FoxgloveMessages, Message
 from .header import RunHeader
 from .summary import Summary
-from .viewer import Draw, Message, Viewer
 from .wire import FORMS, Outgoing, device_of
 
 FORMAT = "1"
@@ -44,7 +44,7 @@ class Recorder:
     def __init__(self, path: Path, header: RunHeader) -> None:
         self.path = path
         self._lock = threading.Lock()
-        self._viewer = Viewer(header)
+        self._viewer = FoxgloveMessages(header)
         self._channels: dict[tuple[type, str, str], tuple[int, Draw | None]] = {}
         self._drawn: dict[str, int] = {}
         self._schemas: dict[str, int] = {}

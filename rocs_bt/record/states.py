@@ -25,7 +25,7 @@ from ..event import (
 from .actors import ActorMoved
 
 
-class Key(NamedTuple):
+class TrackKey(NamedTuple):
     """Name of a track: agent or body, topic, and name within the topic."""
 
     agent: str
@@ -40,7 +40,7 @@ class LogLine(NamedTuple):
     agent: str
     level: Level
     text: str
-    about: Key | None
+    about: TrackKey | None
 
 
 class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -157,26 +157,26 @@ class Drive(NamedTuple):
     neutral: bool  # whether all values are zero
 
 
-def about(event: Event) -> Key | None:
+def about(event: Event) -> TrackKey | None:
     """Track that an event is about, for links; None if there is none."""
     if isinstance(event, ActorMoved):
-        return Key(event.body, "actor")
+        return TrackKey(event.body, "actor")
     if isinstance(event, ScriptActed):
-        return Key(event.agent, event.topic, event.name)
+        return TrackKey(event.agent, event.topic, event.name)
     if isinstance(event, RuleChanged):
-        return Key(event.agent, "rule", event.rule)
+        return TrackKey(event.agent, "rule", event.rule)
     if isinstance(event, TicketChanged):
-        return Key(event.agent, "ticket", str(event.ticket))
+        return TrackKey(event.agent, "ticket", str(event.ticket))
     if isinstance(event, OutcomeDecided):
-        return Key(event.agent, "outcome")
+        return TrackKey(event.agent, "outcome")
     if isinstance(event, BlackboardChanged):
-        return Key(event.agent, "board", f"{event.subtree}\n{event.key}")
+        return TrackKey(event.agent, "board", f"{event.subtree}\n{event.key}")
     if isinstance(event, SensorFailed):
-        return Key(event.agent, "sensor", event.sensor)
+        return TrackKey(event.agent, "sensor", event.sensor)
     if isinstance(event, MotionHeld | MotionReleased):
-        return Key(event.agent, "hold", event.actuator)
+        return TrackKey(event.agent, "hold", event.actuator)
     node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")
-    return Key(event.agent, "node", node) if node else None
+    return TrackKey(event.agent, "node", node) if node else None
 
 
 _UNSEEN: Mapping[type, Collection[str]] = {  # known otherwise, or not shown; there are many

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .states import Key
+from .states import TrackKey
 
 T = TypeVar("T", "Steps", "Curve", "Steps | Curve")
 
@@ -171,10 +171,10 @@ class TrackSet:
     """Tracks by agent, topic and name."""
 
     def __init__(self) -> None:
-        self._tracks: dict[Key, Steps | Curve] = {}
+        self._tracks: dict[TrackKey, Steps | Curve] = {}
         self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
 
-    def items(self) -> list[tuple[Key, Steps | Curve]]:
+    def items(self) -> list[tuple[TrackKey, Steps | Curve]]:
         """All tracks with their keys, in the order in which they began."""
         return list(self._tracks.items())
 
@@ -211,9 +211,9 @@ class TrackSet:
     def begun(self, agent: str, topic: str, name: str = "") -> Steps:
         """A track of values to add to; it begins if there is none."""
         track = self.get(agent, topic, name)
-        return track if isinstance(track, Steps) else self.add(Key(agent, topic, name), Steps())
+        return track if isinstance(track, Steps) else self.add(TrackKey(agent, topic, name), Steps())
 
-    def add(self, key: Key, track: T) -> T:
+    def add(self, key: TrackKey, track: T) -> T:
         """Add a track."""
         self._tracks[key] = self._topics.setdefault((key.agent, key.topic), {})[key.name] = track
         return track

@@ -53,7 +53,7 @@ from .codec import KINDS
 from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
 from .recording import Recording
-from .states import Drive, Failures, Key, LogLine, RuleState, about
+from .states import Drive, Failures, LogLine, RuleState, TrackKey, about
 from .track import Curve, Scans, Steps, TrackSet
 
 
@@ -144,7 +144,7 @@ class Tracks(TrackSet):
         age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
         rays = self.scanners.get((agent, name), 0) if topic == "scan" else 0
         begun = Scans(rays, min(2400, 6000 // len(self.scanners))) if rays else Curve(width, age)
-        return self.add(Key(agent, topic, name), begun)
+        return self.add(TrackKey(agent, topic, name), begun)
 
     def run(self, event: TicketChanged) -> None:
         """Note the state of a ticket."""

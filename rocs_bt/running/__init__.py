@@ -4,14 +4,14 @@ Imported by `compare`, `check`, the command line and the pytest plugin.
 """
 
 from ..devices.host import Host
-from .command import Control, RunCommand
-from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
 from .run import Run
+from .run_command import CommandSource, RunCommand
 from .run_files import RECORDING, REPORT, SUMMARY
+from .run_loop import LoopAgent, LoopResult, RunLoop, Stage
 from .run_options import Build, LiveView, RunOptions
 from .run_result import RunResult
 from .simulated_stage import SimulatedStage
@@ -24,18 +24,18 @@ __all__ = [
     "REPORT",
     "SUMMARY",
     "Build",
-    "Control",
+    "CommandSource",
     "EndedAtOnce",
-    "Episode",
-    "EpisodeAgent",
     "Host",
     "LiveView",
+    "LoopAgent",
+    "LoopResult",
     "Metrics",
     "PreflightReport",
     "RequirementWatch",
-    "Result",
     "Run",
     "RunCommand",
+    "RunLoop",
     "RunOptions",
     "RunResult",
     "SensorState",

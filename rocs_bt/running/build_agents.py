@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
+from ..agent import Agent, AgentRuntime, Controller, Rates, RobotDevices, build_agent
 from ..base.clock import Clock, Rate, SimulatedClock
 from ..base.errors import Fault, InputError, collected, located_at
 from ..base.registered import load, registered
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
-from ..declare import Open, Place, place_of, replaced
+from ..declare import Location, Open, location_of, replaced
 from ..devices.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
@@ -52,7 +52,7 @@ def build_agents(
     scenario: ScenarioSpec,
     catalog: Catalog,
     devices: Mapping[str, RobotDevices],
-    runtime: Runtime,
+    runtime: AgentRuntime,
     *,
     seed: int = 0,
     missions: Mapping[str, Build] | None = None,
@@ -74,7 +74,7 @@ def build_agents(
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         build = (missions or {}).get(agent.name)
-        with collected(faults), located_at(scenario.file, place_of(agent).line):
+        with collected(faults), located_at(scenario.file, location_of(agent).line):
             if faults is None:
                 controller = load_controller(scenario, agent, catalog, build)
             else:
@@ -93,8 +93,8 @@ def build_agents(
             )
             agents.append(built)
             if faults is not None and found:
-                at = place_of(agent.parameters)
-                at = Place(scenario.file, place_of(agent).line, 0) if at.file is None else at
+                at = location_of(agent.parameters)
+                at = Location(scenario.file, location_of(agent).line, 0) if at.file is None else at
                 faults += (fault.at(*at) for fault in found)
     return agents
 
@@ -110,7 +110,7 @@ def _services_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, C
         added = load("rocs_bt.services", table)(scenario, clock, seed)
         if twice := sorted(added.keys() & services.keys()):
             message = f"the agent '{twice[0]}' has services of two tables, [{tables[twice[0]]}] and [{table}]."
-            line = place_of(scenario.tables[table]).line
+            line = location_of(scenario.tables[table]).line
             raise InputError(Fault(message, scenario.file, line, hint="Remove one, or name its agents in one only."))
         services |= added
         tables |= dict.fromkeys(added, table)
@@ -129,11 +129,11 @@ def _checked_controller(
     try:
         controller = load_controller(scenario, agent, catalog)
     except InputError as error:
-        faults += error.at(scenario.file, place_of(agent).line).faults
+        faults += error.at(scenario.file, location_of(agent).line).faults
         return load_controller(scenario, agent, catalog, Plan.idle)
     options = CheckOptions(
         robot=f"{catalog.robot_of(agent).name} ({agent.name} in {scenario.name})",
-        passed={v: place_of(agent.parameters, name) for name, v in controller.parameters.items() if isinstance(v, str)},
+        passed={v: location_of(agent.parameters, n) for n, v in controller.parameters.items() if isinstance(v, str)},
         later=_later(scenario, agent, catalog),
     )
     return replace(controller, check_options=options)
@@ -193,11 +193,11 @@ def worldless_agents(
     """
     clock, sink, devices = clock or SimulatedClock(scenario.rate.physics), sink or NullSink(), {}
     for agent in scenario.agents:
-        with collected(faults), located_at(scenario.file, place_of(agent).line):
+        with collected(faults), located_at(scenario.file, location_of(agent).line):
             robot = catalog.robot_of(agent)
             if robot.code and not catalog.code and faults is not None:
                 continue
             devices[agent.name] = worldless_devices(robot, scenario.rate, clock, sink, agent.name, recorded)
     scenario = replaced(scenario, agents=tuple(agent for agent in scenario.agents if agent.name in devices))
-    runtime = Runtime(clock, sink)
+    runtime = AgentRuntime(clock, sink)
     return build_agents(scenario, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)

@@ -13,8 +13,8 @@ from ..base.clock import SLICE
 from ..base.errors import InputError
 from ..event import EventSink, RunControlled
 from ..record import SubtreeSwap
-from .command import Control, RunCommand
-from .episode import Stage
+from .run_command import CommandSource, RunCommand
+from .run_loop import Stage
 from .swaps import SwapSchedule
 
 
@@ -48,7 +48,7 @@ class CommandDesk:
 
     def __init__(
         self,
-        control: Control | None,
+        control: CommandSource | None,
         taken: Sequence[str],
         swaps: SwapSchedule,
         rules: RuleWatch,
@@ -74,7 +74,7 @@ class CommandDesk:
             time.sleep(SLICE)
             self._apply_all(self._control)
 
-    def _apply_all(self, control: Control) -> None:
+    def _apply_all(self, control: CommandSource) -> None:
         for command in control.take():
             event = RunControlled(
                 t=self._stage.clock.now(),

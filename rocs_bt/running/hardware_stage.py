@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import partial
 
-from ..agent import Agent, RobotDevices, Runtime, ThreadedRunner
+from ..agent import Agent, AgentRuntime, RobotDevices, ThreadedRunner
 from ..agent.lateness import load
 from ..base.clock import Rate, WallClock, wait_until
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec, command_size
@@ -28,10 +28,10 @@ from ..interfaces.device import Actuator
 from ..interfaces.safety_gate import SafetyGate
 from ..simulation.outcome import Judge
 from .build_agents import build_agents
-from .episode import brake
 from .hardware_devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .hardware_services import RobotService, ServicePlace, WatchedClock, services_of
 from .preflight import Preflight, PreflightTopic, preflight_sensors
+from .run_loop import brake
 from .run_options import RunOptions
 
 
@@ -84,7 +84,7 @@ class HardwareStage:
         for name, robot in self.robots.items():
             rates = {s.name: spec.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
             devices.open(name, robot, rates, catalog, stack, opened)
-        runtime = Runtime(self.clock, self._sink, time.perf_counter)
+        runtime = AgentRuntime(self.clock, self._sink, time.perf_counter)
         agents = build_agents(spec, catalog, devices.robots, runtime, seed=options.seed, missions=options.missions)
         opened.pop_all()  # from here on the agents close their devices
         return agents

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..base.errors import Fault, InputError
 from ..base.files import read_text
 from ..catalog import ScenarioSpec
-from ..declare import place_of
+from ..declare import location_of
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
 from ..expression import Environment, Expression, Requirement, parse_requirement, reading
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
@@ -240,7 +240,7 @@ def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environm
         try:
             parse_requirement(spec.require, environment)
         except InputError as error:
-            _, line, column = place_of(spec, "require")
+            _, line, column = location_of(spec, "require")
             start = _column(scenario.file, line, column, spec.require)
             for fault in error.faults:
                 at = start + max(fault.column, 1) - 1 if start else column

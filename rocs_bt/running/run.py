@@ -20,13 +20,13 @@ from ..record import TRUTH, RunHeader, Summary, write_report
 from ..simulation.simulated_world import SimulatedWorld
 from .build_agents import worldless_agents
 from .control import CommandDesk, taken_commands
-from .episode import Episode, Stage
 from .hardware_devices import on_hardware
 from .hardware_stage import HardwareStage
 from .header import guards_of, plain_header, with_scenery, without_world
 from .memory import Memory
 from .requirements import requirement_faults
 from .run_files import RunFiles
+from .run_loop import RunLoop, Stage
 from .run_options import RunOptions
 from .run_record import RunRecord
 from .run_result import RunResult
@@ -265,28 +265,28 @@ class Run:
             return watch(t)
 
         limit = self.spec.duration if options.duration is None else options.duration
-        self._episode = episode = Episode(
+        self._loop = loop = RunLoop(
             stage, stage.agents, self._relay, duration=limit, start=stage.start, between=between, ended=self._ended
         )
-        self._attempt(lambda: self._play(episode, record, ready))
+        self._attempt(lambda: self._play(loop, record, ready))
 
-    def _play(self, episode: Episode, record: RunRecord, ready: bool) -> None:
+    def _play(self, loop: RunLoop, record: RunRecord, ready: bool) -> None:
         if self.stage.time_stops:
             self._relay.open(record.sink)
-            episode.run()
+            loop.run()
             return
         with SinkThread(record.sink) as thread, self._rules:
             self._relay.open(thread)
-            episode.run() if ready else episode.interrupt()
+            loop.run() if ready else loop.interrupt()
 
     def finish(self) -> None:
         """Make the summary, and complete the recording with it."""
         self._attempt(self._record.check)
         self._remember()
-        result, agents = self._episode.result(), self.stage.agents
+        result, agents = self._loop.result(), self.stage.agents
         sharing = {a.name: None if a.sharing is None else a.sharing.statistics() for a in agents}
         unrecorded = Unrecorded(result.wall_time, result.trajectory_hash, sharing, self._memory.summary())
-        self._summary = self._record.summary(self._episode.t, unrecorded)
+        self._summary = self._record.summary(self._loop.t, unrecorded)
         self._files.end(self._summary)
 
     def close(self) -> None:

@@ -13,8 +13,8 @@ from ..declare import Option, Value, given_of, options_of, replaced, values_of
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
-from .command import Control
 from .preflight import PreflightReport
+from .run_command import CommandSource
 from .stop_signals import StopSignals
 
 Build = Callable[..., Any]
@@ -22,7 +22,7 @@ Build = Callable[..., Any]
 
 
 @runtime_checkable
-class LiveView(EventSink, Control, Protocol):
+class LiveView(EventSink, CommandSource, Protocol):
     """Live view of a run, such as `rocs_bt.studio.live.LivePage`, with the commands of the people in front of it."""
 
     def begin(self, header: RunHeader) -> None:
@@ -137,7 +137,7 @@ class RunOptions(Value):
         Option(stage="hardware"),
     ] = None
     control: Annotated[
-        Control | None,
+        CommandSource | None,
         "Source of the commands of a person during the run: pause, step, continue ...; else the live page.",
         Option(),
     ] = None
@@ -146,7 +146,7 @@ class RunOptions(Value):
     ] = False
 
     @property
-    def commands(self) -> Control | None:
+    def commands(self) -> CommandSource | None:
         """Source of the commands during the run; None without."""
         return self.live if self.control is None else self.control
 

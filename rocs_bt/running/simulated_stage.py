@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 
-from ..agent import Agent, Runtime, ThreadedRunner
+from ..agent import Agent, AgentRuntime, ThreadedRunner
 from ..base.clock import Clock, Rate, WallClock, wait_until
 from ..base.errors import Fault
 from ..base.python_content import running_class
@@ -25,7 +25,7 @@ from ..simulation.physics_thread import PhysicsThread
 from ..simulation.scripted_object import ScriptedObject
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
-from .episode import EpisodeAgent, brake
+from .run_loop import LoopAgent, brake
 from .run_options import Build, RunOptions
 
 _PAUSE = "pause of the run"  # source of the holds
@@ -58,7 +58,7 @@ class SimulatedStage:
     def __init__(
         self,
         simulated: SimulatedWorld,
-        agents: Sequence[EpisodeAgent],
+        agents: Sequence[LoopAgent],
         sink: EventSink,
         *,
         control: Rate,
@@ -230,7 +230,7 @@ class SimulatedStage:
         pose = {"x": x, "y": y, "yaw": yaw, "height": z, "roll": roll, "pitch": pitch}
         self._sink.emit(BodyMoved(t=t, agent=agent, body=name, wheels=packed, joints=joints, **pose))
 
-    def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
+    def _judge(self, t: float, agent: LoopAgent, contacts: Sequence[Contact]) -> None:
         name, world, judge = agent.name, self._world, self.judges[agent.name]
         pose, z = world.pose(name), world.pose3(name).z if name in self.simulated.spatial else math.nan
         for goal in self.simulated.goals.get(name, ()):
@@ -266,7 +266,7 @@ def simulated_agents(
 ) -> list[Agent]:
     """Build the agents of a scenario in its simulated world; see `build_agents`."""
     devices = {agent.name: simulated.devices(agent.name) for agent in spec.agents}
-    runtime = Runtime(simulated.clock, sink, time.perf_counter)
+    runtime = AgentRuntime(simulated.clock, sink, time.perf_counter)
     return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)
 
 

@@ -18,7 +18,7 @@ from ..base.units import Bounds, Count
 from ..base.words import counted
 from ..cli.content import json_option, no_code_option
 from ..cli.options import EpisodeOptions, declared_options
-from ..cli.progress import Progress
+from ..cli.progress import ProgressBar
 from ..cli.terminal import echo, show_warnings
 from ..declare import Option
 
@@ -66,7 +66,7 @@ def command(planner: str, as_json: bool, no_code: bool, **options: Any) -> int:
     An interrupted search continues where it stopped when called again. Exits with 1 if it found a failure, else 0.
     """
     from ..catalog import Catalog
-    from ..compare import Store, load_family
+    from ..compare import EpisodeStore, load_family
     from ..compare.replay import parse_value
     from .run_search import FAILURES, SearchOptions, default_name, search
     from .space import SearchSpace
@@ -87,7 +87,10 @@ def command(planner: str, as_json: bool, no_code: bool, **options: Any) -> int:
         wall_limit=given.wall_limit,
         warned=show_warnings,
     )
-    with Store(given.store) as kept, Progress(f"{spec.name} in {given.family}", given.budget, "episodes") as progress:
+    with (
+        EpisodeStore(given.store) as kept,
+        ProgressBar(f"{spec.name} in {given.family}", given.budget, "episodes") as progress,
+    ):
         result = search(spec, space, how, catalog=catalog, store=kept, progress=progress)
     files = None
     if folder is not None and result.smallest is not None:

@@ -12,7 +12,7 @@ from ..base.errors import InputError
 from ..catalog import Catalog, PlannerSpec
 from ..compare.record import EpisodeRecord
 from ..compare.run_sweep import SweepOptions, episodes_of, play_episodes
-from ..compare.store import Store
+from ..compare.store import EpisodeStore
 from .draft import Draft
 
 SEED = 1
@@ -41,7 +41,7 @@ class Player:
 
     planner: PlannerSpec
     catalog: Catalog
-    store: Store
+    store: EpisodeStore
     executor: Executor
     budget: int
     wall_limit: float

@@ -16,7 +16,7 @@ from ..catalog import CachingCatalog, Catalog, PlannerSpec
 from ..compare.check_planners import check_planners
 from ..compare.record import OUTCOMES, EpisodeRecord
 from ..compare.run_sweep import WALL_LIMIT, cores, local_pool
-from ..compare.store import Store
+from ..compare.store import EpisodeStore
 from ..control.footprint import Footprint
 from .draft import Draft
 from .player import SEED, Player
@@ -82,7 +82,7 @@ def search(
     options: SearchOptions | None = None,
     *,
     catalog: Catalog | None = None,
-    store: Store | None = None,
+    store: EpisodeStore | None = None,
     executor: Executor | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> SearchResult:
@@ -110,7 +110,7 @@ def search(
     keeping = CachingCatalog(home.project, code=home.code)
     with ExitStack() as stack:
         pool = executor or stack.enter_context(local_pool(options.workers or cores()))
-        kept = stack.enter_context(Store()) if store is None else store
+        kept = stack.enter_context(EpisodeStore()) if store is None else store
         player = Player(planner, keeping, kept, pool, options.budget, options.wall_limit, progress)
         sampled: dict[Draft, SampledScene] = {}
         name = options.name or default_name(planner, space)

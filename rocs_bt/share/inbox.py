@@ -56,7 +56,7 @@ class Counts:
         return asdict(self)
 
 
-class Inbox:
+class FrameQueue:
     """Queue of received frames, filled by any thread and read by one; a flooding sender loses only its own frames."""
 
     def __init__(self, key: bytes, counts: Counts, wake: Callable[[], None] = lambda: None) -> None:

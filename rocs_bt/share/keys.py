@@ -32,7 +32,7 @@ _MOST = 1_000_000  # maximum size of a key file [bytes]
 
 
 @dataclass(frozen=True)
-class Keys:
+class MemberKeys:
     """Keys of one member of a group."""
 
     authority: Path
@@ -41,7 +41,7 @@ class Keys:
     secret: bytes
 
     @classmethod
-    def read(cls, folder: Path) -> Keys:
+    def read(cls, folder: Path) -> MemberKeys:
         """Read a member's keys from its folder.
 
         Raises:

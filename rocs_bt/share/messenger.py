@@ -19,7 +19,7 @@ RESEND_AFTER = 0.2
 _REMEMBERED = 1024  # how many message numbers are remembered for each sender, to detect repetitions
 
 
-class Messenger:
+class GroupMessenger:
     """Sends and receives the text messages of one agent, as `interfaces.message.Messenger`.
 
     Attributes:

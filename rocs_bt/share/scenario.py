@@ -14,10 +14,10 @@ from ..base.clock import Clock, SimulatedClock
 from ..base.errors import Fault, InputError, located_at
 from ..base.units import FREQUENCY, TIME, Bounds
 from ..catalog import ScenarioSpec
-from ..declare import Names, Valid, Value, place_of
+from ..declare import Names, Valid, Value, location_of
 from ..knowledge import Knowledge, Schema
 from ..simulation.random_streams import NETWORK, stream
-from .keys import Keys
+from .keys import MemberKeys
 from .network import Impairments, LocalNetwork, Network, SimulatedNetwork
 from .scope import Scope
 from .sharing import Ageing, Sharing
@@ -78,11 +78,11 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
     """
     spec: ShareSpec = scenario.tables["share"]
     repeats = isinstance(clock, SimulatedClock)
-    with located_at(scenario.file, place_of(spec).line):
+    with located_at(scenario.file, location_of(spec).line):
         network, key = _network(scenario, spec, clock, seed)
 
     def join(knowledge: Knowledge) -> Sharing:
-        with located_at(scenario.file, place_of(spec).line):
+        with located_at(scenario.file, location_of(spec).line):
             scope = Scope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
         return Sharing(
             knowledge,
@@ -108,7 +108,7 @@ def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
         try:
             check()
         except InputError as error:
-            faults += error.at(scenario.file, place_of(spec).line).faults
+            faults += error.at(scenario.file, location_of(spec).line).faults
     return faults
 
 
@@ -121,5 +121,5 @@ def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -
         return SimulatedNetwork(clock.now, stream(scenario.name, seed, "", NETWORK), impairments), b""
     if not spec.listen:
         return LocalNetwork(), b""
-    keys = None if spec.keys is None else Keys.read(spec.keys)
+    keys = None if spec.keys is None else MemberKeys.read(spec.keys)
     return ZenohNetwork(spec.listen, spec.peers, keys=keys, group=spec.group), b"" if keys is None else keys.secret

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from ..event import PeerAppeared, PeerVanished
 from ..knowledge.knowledge import Knowledge
 from .group_clock import GroupClock, PeerFaults
-from .inbox import Counts, Inbox
-from .messenger import Messenger
+from .inbox import Counts, FrameQueue
+from .messenger import GroupMessenger
 from .mirror import Mirror
 from .network import Network
 from .presence import BEAT_PERIOD, Presence
@@ -102,14 +102,14 @@ class Sharing:
         self._gap = gap
         self.presence = Presence()
         self._faults = PeerFaults(knowledge.agent, self.presence, self.clock, knowledge.sink)
-        self.messenger = Messenger(knowledge.agent, lambda: self.presence.starts)
+        self.messenger = GroupMessenger(knowledge.agent, lambda: self.presence.starts)
         self._agent = knowledge.agent
         self._scope = scope
         self._sink = knowledge.sink
         self._key = key
         self._ageing = ageing
         self._mirror = Mirror(knowledge, self.replica, scope, self.counts, self.awake.set)
-        self._inbox = Inbox(key, self.counts, self.awake.set)
+        self._inbox = FrameQueue(key, self.counts, self.awake.set)
         self._lost: deque[str] = deque()
         self._out: deque[tuple[str | None, Message]] = deque()
         self._syncs = 0

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..base.errors import Fault, InputError
-from .keys import Keys
+from .keys import MemberKeys
 from .network import Link
 from .wire import FRAME_LIMIT
 
@@ -36,7 +36,7 @@ class ZenohNetwork:
     """
 
     def __init__(
-        self, listen: str, peers: Sequence[str] = (), *, keys: Keys | None = None, group: str = "robots"
+        self, listen: str, peers: Sequence[str] = (), *, keys: MemberKeys | None = None, group: str = "robots"
     ) -> None:
         for address in (listen, *peers):
             check_address(address, private=keys is not None)
@@ -145,7 +145,7 @@ def _loopback(host: str) -> bool:
         return False
 
 
-def _settings(listen: str, peers: Sequence[str], keys: Keys | None) -> dict[str, Any]:
+def _settings(listen: str, peers: Sequence[str], keys: MemberKeys | None) -> dict[str, Any]:
     line = "tcp" if keys is None else "tls"
     link: dict[str, Any] = {"tx": {"lease": LEASE, "keep_alive": 4}, "rx": {"max_message_size": 16 * FRAME_LIMIT}}
     if keys is not None:

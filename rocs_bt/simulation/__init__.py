@@ -1,7 +1,7 @@
 """World of a scenario: compiled model, robots with devices, scripted actors and objects, and the judges of outcomes."""
 
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
-from .outcome import OUTCOMES, Goal, Judge, Verdict
+from .outcome import OUTCOMES, AgentOutcome, Goal, Judge
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .random_streams import stream
@@ -16,6 +16,7 @@ __all__ = [
     "POSES_TRIED",
     "SCRIPTED_OBJECTS",
     "SCRIPTED_ROBOTS",
+    "AgentOutcome",
     "FreePose",
     "Goal",
     "Judge",
@@ -23,7 +24,6 @@ __all__ = [
     "ScriptedObject",
     "ScriptedRobot",
     "SimulatedWorld",
-    "Verdict",
     "build_world",
     "compose_scenario",
     "free_goal_poses",

@@ -54,7 +54,7 @@ _CLIMB = 1.5  # [m] height over the start of the tests of a flying body
 Array = npt.NDArray[np.float64]
 
 
-class Braking(Value):
+class BrakingTest(Value):
     """Braking test from a steady speed to standstill.
 
     Attributes:
@@ -72,7 +72,7 @@ class IdentifiedAxis(AxisFigures):
     """Identified motion along one axis, with its braking tests."""
 
     misfit: float  # maximum error of the braking model, relative to the measured distance
-    braking: tuple[Braking, ...]
+    braking: tuple[BrakingTest, ...]
 
 
 class IdentifiedWheels(WheelFigures):
@@ -254,7 +254,7 @@ def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> Ide
     for factor in _BRAKINGS:
         speed, _, start = robot.reach(axis, factor * limit)
         distance, time = robot.brake(axis, start)
-        braking.append(Braking(speed=speed, distance=distance, time=time))
+        braking.append(BrakingTest(speed=speed, distance=distance, time=time))
     latency, deceleration, misfit = _fit(braking)
     # Wheels that brake at their grip do not accelerate faster: their slip on the ramp is no lag.
     grip = deceleration if locomotion.wheeled and misfit <= _MISFIT else math.inf
@@ -304,7 +304,7 @@ def _icr_offset(rig: Callable[[], _TestRig], locomotion: Locomotion) -> float:
     return float(-(turned @ skids) / (turned @ turned))
 
 
-def _fit(braking: Sequence[Braking]) -> tuple[float, float, float]:
+def _fit(braking: Sequence[BrakingTest]) -> tuple[float, float, float]:
     """Fit distance / speed = latency + speed / (2 deceleration): latency [s], deceleration, relative misfit."""
     v, d = np.array([b.speed for b in braking]), np.array([b.distance for b in braking])
     (latency, slope), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), d / v, rcond=None)

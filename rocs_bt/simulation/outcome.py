@@ -63,7 +63,7 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class AgentOutcome:
     """Outcome of an agent.
 
     Attributes:
@@ -243,16 +243,16 @@ class Judge:
         if not self.decided:
             self._note("interrupted", reason, decides=True)
 
-    def verdict(self) -> Verdict:
+    def verdict(self) -> AgentOutcome:
         """Outcome at the present time."""
         lasting = {outcome: why for outcome, why in (("stuck", self.stuck), ("fell", self._fall.reason)) if why}
         found = {**lasting, **self._found}
         for outcome in OUTCOMES:
             if outcome in found:
-                return Verdict(outcome, found[outcome], self.time_to_goal, "fell" in found)
+                return AgentOutcome(outcome, found[outcome], self.time_to_goal, "fell" in found)
         if self._at_end and self._at_goal and not self._after:
-            return Verdict("success", "", self.time_to_goal)
-        return Verdict("timeout", _joined(self._why_not(), self._held(), self.running), None)
+            return AgentOutcome("success", "", self.time_to_goal)
+        return AgentOutcome("timeout", _joined(self._why_not(), self._held(), self.running), None)
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2, wrap_angle
-from ..declare import place_of
+from ..declare import location_of
 from ..devices.mujoco import MujocoWorld
 from .random_streams import START, stream
 
@@ -88,7 +88,7 @@ def _outside(world: MujocoWorld, start: Start) -> Fault | None:
     return Fault(
         f"the start of {start.name} at x = {start.pose.x:g} m, y = {start.pose.y:g} m is outside of the world, which "
         f"goes from x = {left:.3g} to {right:.3g} m and from y = {low:.3g} to {high:.3g} m.",
-        line=place_of(start).line,
+        line=location_of(start).line,
         hint="Move it inside.",
     )
 
@@ -97,7 +97,7 @@ def _inside(start: Start, pose: Pose2, distance: float, obstacle: str) -> Fault:
     return Fault(
         f"{start.name} cannot start at x = {pose.x:.2f} m, y = {pose.y:.2f} m, yaw = {math.degrees(pose.yaw):.0f} deg: "
         f"its hull would be {max(-distance, 0.0):.2f} m inside '{obstacle}'.",
-        line=place_of(start).line,
+        line=location_of(start).line,
         hint="Move its start, or reduce its jitter.",
     )
 
@@ -105,6 +105,6 @@ def _inside(start: Start, pose: Pose2, distance: float, obstacle: str) -> Fault:
 def _sunk(start: Start, depth: float, geom: str, floor: str) -> Fault:
     return Fault(
         f"{start.name} cannot start: its geom '{geom}' would begin {1e3 * depth:.0f} mm inside '{floor}'.",
-        line=place_of(start).line,
+        line=location_of(start).line,
         hint="Raise the base in its model, or use a world with a lower floor.",
     )

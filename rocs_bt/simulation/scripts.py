@@ -9,7 +9,7 @@ from typing import Any
 from ..base.errors import Fault, InputError, UnknownName, located_at, unknown
 from ..base.python_content import is_reference, running_class
 from ..catalog import ActorSpec
-from ..declare import keys_of, place_of
+from ..declare import keys_of, location_of
 from .people import Leg, Polynomial, SocialForce
 from .scripted_object import ScriptedObject
 from .scripted_objects import Free, Slide, Swing
@@ -51,7 +51,7 @@ def robot_script(actor: ActorSpec, load: Callable[[str], type]) -> ScriptedRobot
 
 
 def _script(actor: ActorSpec, of: str, known: Mapping[str, type], load: Callable[[str], type], base: Any) -> Any:
-    place = place_of(actor, "script")
+    place = location_of(actor, "script")
     with located_at(place.file, place.line):
         cls = _class(actor.script, of, known, load, base)
     with running_class(cls):

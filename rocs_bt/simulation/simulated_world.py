@@ -24,7 +24,7 @@ from ..catalog import (
     perturbed,
     running_class,
 )
-from ..declare import place_of
+from ..declare import location_of
 from ..devices.mujoco import FreeObject, MujocoWorld, RobotInstance, SensorMount, compile_model
 from ..devices.simulated import Odometer, PoseSensor, Velocity, WheelTravel
 from ..event import EventSink
@@ -243,12 +243,12 @@ def _compose(
 
 
 def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
-    with located_at(scenario.file, place_of(actor).line):
+    with located_at(scenario.file, location_of(actor).line):
         if actor.one_of:
             message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
             raise InputError(Fault(message, hint="Remove one_of."))
         mass = actor.with_keys(Free).mass
-    return FreeObject(actor.name, mass, scenario.file, place_of(actor).line)
+    return FreeObject(actor.name, mass, scenario.file, location_of(actor).line)
 
 
 def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
@@ -297,7 +297,7 @@ def _actors(
         robot = robots[actor.name]
         spec = robot.mover
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
-        with located_at(scenario.file, place_of(actor).line):
+        with located_at(scenario.file, location_of(actor).line):
             made = robot_script(actor, partial(catalog.load_script, scenario))
             with running_class(type(made)):
                 made.bind(
@@ -312,7 +312,7 @@ def _scripted_objects(world: MujocoWorld, catalog: Catalog, scenario: ScenarioSp
     made, at_rest = [], _at_rest(scenario, seed)
     for actor in (m for m in scenario.actors if not m.robot):
         start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
-        with located_at(scenario.file, place_of(actor).line):
+        with located_at(scenario.file, location_of(actor).line):
             each = object_script(actor, partial(catalog.load_script, scenario))
             rng = stream(scenario.name, seed, actor.name, actor.script)
             with running_class(type(each)):

@@ -21,10 +21,10 @@ def main() -> None:
     try:
         server = Server(settings.host, settings.port, settings.token, routes)
     except InputError as error:
-        back.send(frames.encode(frames.Answer(error=str(error))))
+        back.send(frames.encode(frames.PageReply(error=str(error))))
         return
     server.start()
-    back.send(frames.encode(frames.Answer(url=server.url)))
+    back.send(frames.encode(frames.PageReply(url=server.url)))
     frames.receive(stream, feed)
     feed.close()
     server.end()

@@ -107,7 +107,7 @@ class Authoring:
         path, text, at = self._file(asked)[0], _text(asked, "text"), _offset(asked)
         found = describe(path, text, at, code=self.catalog.code)
         place = define(path, text, at, code=self.catalog.code)
-        name = None if place is None else self._name(place.file)
+        name = None if place is None or place.file is None else self._name(place.file)
         where = None if place is None or name is None else {"file": name, "line": place.line}
         return {"about": found._asdict() if found else None, "definition": where}
 

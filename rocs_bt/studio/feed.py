@@ -13,7 +13,7 @@ import msgspec
 from ..event import Event
 from ..record import RunHeader
 from ..record.comparisons import Comparisons
-from ..record.states import Key, shown_number
+from ..record.states import TrackKey, shown_number
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
 from .pack import TIME, Json, Numbers, address, head, items, log_line, opens_at, plain, samples_shown, text
@@ -129,7 +129,7 @@ class Seen:
 
     def __init__(self) -> None:
         self.version = 0
-        self._tracks: dict[Key, _Sent] = {}
+        self._tracks: dict[TrackKey, _Sent] = {}
         self._lines = 0
         self._moments: Sequence[Json] = []
 
@@ -151,7 +151,7 @@ class Seen:
             message["decisive"] = self._moments = moments
         return msgspec.json.encode(message if about is None else {**message, "about": about}, enc_hook=plain)
 
-    def _from_index(self, key: Key, shown: Key, track: Steps | Scans, before: _Sent) -> list[Any] | None:
+    def _from_index(self, key: TrackKey, shown: TrackKey, track: Steps | Scans, before: _Sent) -> list[Any] | None:
         """What is new of a track with a newest sample that may be replaced; None if nothing is."""
         newest, every = (track.v[-1], 1) if isinstance(track, Steps) else (None, track.every)
         now = _Sent(len(track.t), track.t[-1], newest, every)
@@ -167,7 +167,7 @@ class Seen:
             return [address(key), first, t, [msgspec.Raw(text(value).encode()) for value in track.v[first:]], 0, 1]
         return [address(shown), first, t, _values(track.rows(first)), track.width, track.ray]
 
-    def _samples(self, key: Key, shown: Key, track: Curve, before: _Sent, end: float) -> list[Any] | None:
+    def _samples(self, key: TrackKey, shown: TrackKey, track: Curve, before: _Sent, end: float) -> list[Any] | None:
         """What is new of a track of numbers, as a step function; None if nothing is."""
         count = len(track.t)
         gap = end > track.stamp(count - 1) + track.max_age + TIME

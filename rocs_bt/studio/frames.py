@@ -31,7 +31,7 @@ class Settings(msgspec.Struct, frozen=True):
     token: str
 
 
-class Answer(msgspec.Struct, frozen=True):
+class PageReply(msgspec.Struct, frozen=True):
     """Reply of the page's process: the URL of the page, or the reason why it cannot serve it."""
 
     url: str = ""

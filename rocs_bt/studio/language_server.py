@@ -144,7 +144,7 @@ class _Features:
 
         t, (path, text, at) = self.types, self._place(params)
         found = await self._ask(path, define, path, text, at, code=self.code)
-        if found is None:
+        if found is None or found.file is None:
             return None
         position = t.Position(found.line - 1, found.column - 1)
         return t.Location(found.file.resolve().as_uri(), t.Range(position, position))

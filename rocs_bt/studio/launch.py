@@ -21,9 +21,9 @@ from ..base.files import is_file
 from ..catalog import Catalog
 from ..compare.record import EpisodeRecord
 from ..compare.replay import episode_folder
-from ..compare.store import FILE, Store
+from ..compare.store import FILE, EpisodeStore
 from ..record.folder_lock import free_folder, writer_of
-from ..running.command import RunCommand
+from ..running.run_command import RunCommand
 from . import frames
 from .feed import Feed
 from .live import STUDIO
@@ -86,7 +86,7 @@ def stored_episodes(runs: Path) -> dict[Play, EpisodeRecord]:
     folder = runs / "compare"
     if not is_file(folder / FILE):
         return {}
-    with Store(folder) as store:
+    with EpisodeStore(folder) as store:
         found = {Play(each.planner, each.scene, each.seed): each for each in store.all()}
     return dict(sorted(found.items(), key=lambda item: (item[0].scene, item[0].seed, item[0].planner)))
 

@@ -22,7 +22,7 @@ from ..base.current_folder import child_environment
 from ..base.errors import InputError
 from ..event import Event
 from ..record import RunHeader
-from ..running.command import RunCommand
+from ..running.run_command import RunCommand
 from . import frames
 
 RATE = 10.0
@@ -137,7 +137,9 @@ class LivePage:
         with _killed_after(_START, process):
             self._write(frames.encode(self._settings))
             answer = frames.read(process.stdout)
-        found = frames.Answer(error="its process ended.") if answer is None else frames.decode(answer, frames.Answer)
+        found = (
+            frames.PageReply(error="its process ended.") if answer is None else frames.decode(answer, frames.PageReply)
+        )
         if found.error:
             self._end(process)
             raise InputError(f"cannot start the live page: {found.error}")

@@ -15,7 +15,7 @@ from ..base.words import inactive_rule
 from ..event import TicketChanged
 from ..record import RunHeader
 from ..record.decisive import decisive
-from ..record.states import Key, plain_value
+from ..record.states import TrackKey, plain_value
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
 
@@ -104,7 +104,7 @@ def head(header: RunHeader) -> Json:
     return {"header": header, "inactive": inactive}
 
 
-def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:
+def items(tracks: Tracks) -> Iterator[tuple[TrackKey, TrackKey, Steps | Curve]]:
     """Tracks that the page shows: key, key on the page, and track; of wide signals only the least value is shown."""
     declared = ((agent.name, signal) for agent in tracks.header.agents for signal in agent.signals)
     distances = {(agent, signal.name) for agent, signal in declared if set(signal.units) == {"m"}}
@@ -158,7 +158,7 @@ def log_line(line: tuple[Any, ...]) -> list[Any]:
     return [round(t, 3), agent, int(level), text, "" if about is None else address(about)]
 
 
-def address(key: Key) -> str:
+def address(key: TrackKey) -> str:
     """Address of a track on the page."""
     return "|".join(key)
 
@@ -171,7 +171,7 @@ def plain(value: object) -> object:
 
 
 def _packed(
-    columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve, end: float
+    columns: Columns, texts: dict[str, int], key: TrackKey, shown: TrackKey, track: Steps | Curve, end: float
 ) -> list[Any]:
     """A track: address, kind, columns of times and values or those of each side, width, and step between rays."""
     if isinstance(track, Steps):

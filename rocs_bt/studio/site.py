@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from ..base.files import read_bytes
-from ..running.command import RunCommand
+from ..running.run_command import RunCommand
 from .feed import Feed, updates
 from .page import WEB, served_page
 from .requests import Answer, Handler, Request, Routes

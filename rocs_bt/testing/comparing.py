@@ -122,11 +122,11 @@ class Sweeps:
         self, planners: tuple[str, ...], scenes: tuple[SceneRef, ...], seeds: int, catalog: Catalog, require: str = ""
     ) -> tuple[EpisodeRecord, ...]:
         """Return the episodes of a sweep; those that the store does not have are played now."""
-        from ..compare import Store, SweepOptions, sweep
+        from ..compare import EpisodeStore, SweepOptions, sweep
 
         key = (planners, scenes, seeds, catalog.project, require)
         if key not in self._found:
-            with Store(self._folder) as store, _exclusive(self._folder):
+            with EpisodeStore(self._folder) as store, _exclusive(self._folder):
                 done = sweep(
                     planners,
                     scenes,

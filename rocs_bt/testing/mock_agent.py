@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
+from ..agent import Agent, AgentRuntime, Controller, Rates, RobotDevices, build_agent
 from ..agent.wiring import LoadClass
 from ..base.clock import Clock, Rate
 from ..base.errors import DeviceError, InputError
@@ -117,7 +117,7 @@ def _shipped(device: SensorSpec | ActuatorSpec, kind: type[D]) -> D:
 def mock_agent(
     spec: RobotSpec,
     controller: Controller,
-    runtime: Runtime,
+    runtime: AgentRuntime,
     *,
     name: str = "R1",
     rates: Rates | None = None,

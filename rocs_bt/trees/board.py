@@ -16,7 +16,7 @@ Parse = Callable[[str, Enums], Any]
 """Converter from a text to a value; the names of enum values may be used."""
 
 
-class Entry:
+class BoardEntry:
     """Value of one blackboard key, with the type of the key.
 
     Attributes:
@@ -75,7 +75,7 @@ class Board:
         self.name = name
         self.remapping: dict[str, str] = {}
         self.enums: Enums = parent.enums if parent else {}
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, BoardEntry] = {}
 
     @property
     def root(self) -> Board:
@@ -102,7 +102,7 @@ class Board:
             board = board.parent
         return board, key
 
-    def entry(self, key: str) -> Entry | None:
+    def entry(self, key: str) -> BoardEntry | None:
         """Entry of a key in this blackboard or an ancestor; None if there is none."""
         found = self._entries.get(key)
         if found is not None:
@@ -110,7 +110,7 @@ class Board:
         board, name = self.resolve(key)
         return board._entries.get(name)
 
-    def declare(self, key: str, kind: Any = None, parse: Parse | None = None) -> Entry:
+    def declare(self, key: str, kind: Any = None, parse: Parse | None = None) -> BoardEntry:
         """Return the entry of a key, created if it does not exist.
 
         Args:
@@ -126,7 +126,7 @@ class Board:
         kind = None if kind is Any else kind
         entry = board._entries.get(name)
         if entry is None:
-            entry = board._entries[name] = Entry(kind)
+            entry = board._entries[name] = BoardEntry(kind)
         elif kind is not None and not entry.declared and entry.kind is not None:
             before, entry.kind = entry.kind, kind
             try:
@@ -152,7 +152,7 @@ class Board:
             value: The value.
             written: Text of the value in the file, which ports for text read; None if the value is no literal.
         """
-        entry = self._entries.setdefault(key, Entry())
+        entry = self._entries.setdefault(key, BoardEntry())
         entry.store(value)
         entry.written = written
 
@@ -179,7 +179,7 @@ class Board:
             kind = type(value)
         if entry is None:
             board, name = self.resolve(key)
-            entry = board._entries[name] = Entry()
+            entry = board._entries[name] = BoardEntry()
             entry.kind = None if kind is str else kind
             entry.store(value)
         elif entry.kind is None:
@@ -202,7 +202,7 @@ class Board:
         """Sorted keys of this blackboard that have a value."""
         return sorted(key for key, entry in self._entries.items() if entry.value is not None)
 
-    def entries(self) -> Iterator[tuple[str, Entry]]:
+    def entries(self) -> Iterator[tuple[str, BoardEntry]]:
         """Entries of this blackboard in the order of creation."""
         yield from self._entries.items()
 
@@ -216,7 +216,7 @@ class Board:
         for key, value in values.items():
             self[key] = value
 
-    def fitted(self, key: str, entry: Entry, value: Any) -> Any:
+    def fitted(self, key: str, entry: BoardEntry, value: Any) -> Any:
         """Convert a value to the type of the entry to which it is written.
 
         Args:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rocs_bt.agent import Agent, Controller, Runtime
+from rocs_bt.agent import Agent, AgentRuntime, Controller
 from rocs_bt.base.clock import Clock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PlaceSpec
@@ -55,7 +55,7 @@ def make_agent(p3dx: Any, rules: list[Any]) -> Callable[..., tuple[Agent, MockDe
     def make(clock: Clock, build: Callable[..., Any] = go, **kwargs: Any) -> tuple[Agent, MockDevices, ListSink, Ahead]:
         sink = ListSink()
         mind = Controller(build, rules=rules, places=[GOAL], **kwargs.pop("mind", {}))
-        agent, stage = mock_agent(p3dx, mind, Runtime(clock, sink), **kwargs)
+        agent, stage = mock_agent(p3dx, mind, AgentRuntime(clock, sink), **kwargs)
         return agent, stage, sink, Ahead(stage)
 
     return make

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from rocs_bt.agent import Controller, Runtime
+from rocs_bt.agent import AgentRuntime, Controller
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError, WiringError
 from rocs_bt.catalog import Catalog
@@ -14,7 +14,7 @@ from rocs_bt.testing.mock_agent import mock_agent
 
 def build(spec, **mind):
     given = {"build": lambda mission: mission.act("Stop"), **mind}
-    return mock_agent(spec, Controller(**given), Runtime(SimulatedClock(0.05), NullSink()))
+    return mock_agent(spec, Controller(**given), AgentRuntime(SimulatedClock(0.05), NullSink()))
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rocs_bt.agent import Controller, Runtime
+from rocs_bt.agent import AgentRuntime, Controller
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, content_hash
@@ -41,7 +41,7 @@ def project(tmp_path):
 
 def agent_of(catalog, build=lambda mission: mission.act("Stop")):
     mind = Controller(build, rules=[catalog.find("rules", "own").path])
-    agent, _ = mock_agent(catalog.load_robot("rover"), mind, Runtime(SimulatedClock(0.05), NullSink()))
+    agent, _ = mock_agent(catalog.load_robot("rover"), mind, AgentRuntime(SimulatedClock(0.05), NullSink()))
     (model,) = agent.knowledge.reactive_models
     return agent, model
 

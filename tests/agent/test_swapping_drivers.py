@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rocs_bt import run
-from rocs_bt.agent import Agent, RobotDevices, Runtime
+from rocs_bt.agent import Agent, AgentRuntime, RobotDevices
 from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.catalog import Catalog, RobotSpec, ScenarioSpec
 from rocs_bt.devices.mujoco import MujocoWorld
@@ -50,7 +50,7 @@ def mocked(scenario: str, catalog: Catalog = CATALOG, sink: Any = None) -> tuple
         name: RobotDevices(robot, stages[name].sensors, stages[name].actuators, rates(spec, robot))
         for name, robot in robots.items()
     }
-    return build_agents(spec, catalog, devices, Runtime(clock, sink or NullSink())), stages
+    return build_agents(spec, catalog, devices, AgentRuntime(clock, sink or NullSink())), stages
 
 
 def rates(spec: ScenarioSpec, robot: RobotSpec) -> dict[str, Rate]:
@@ -117,7 +117,7 @@ def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_p
     devices = {s.name: catalog.load_class(folder / "own.py", "Told")(s.name) for s in own.sensors}
     stage = mock_devices(shipped, SimulatedClock(spec.rate.physics))
     own_devices = RobotDevices(own, devices, stage.actuators, rates(spec, own))
-    (mind,) = build_agents(spec, catalog, {"R2": own_devices}, Runtime(stage.clock, NullSink()))
+    (mind,) = build_agents(spec, catalog, {"R2": own_devices}, AgentRuntime(stage.clock, NullSink()))
     (simulated,) = on_mujoco("exp1")
     assert blocks(mind) == blocks(simulated)
     differs = {

@@ -11,7 +11,7 @@ from rocs_bt.base.geometry import Twist2
 from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.control.locomotion_kinds import Differential
-from rocs_bt.declare import place_of
+from rocs_bt.declare import location_of
 from rocs_bt.interfaces.actuator_limits import ActuatorLimits
 from rocs_bt.interfaces.safety_gate import Landing
 
@@ -118,7 +118,7 @@ def test_the_parameters_of_a_users_own_driver_stay_as_they_are_until_its_class_i
         "wheel_radius": "9.75 cm",
     }
     line = next(i for i, text in enumerate(robot.read_text().splitlines(), 1) if text == "gain = 2.5")
-    assert place_of(found.parameters, "gain")[1:] == (line, 1)
+    assert location_of(found.parameters, "gain")[1:] == (line, 1)
 
 
 LEGGED = """\

@@ -206,9 +206,9 @@ def test_the_process_guards_its_streams(project):
 def test_a_bar_has_a_plain_name(monkeypatch):
     screen = io.StringIO()
     monkeypatch.setattr(sys, "stderr", screen)
-    from rocs_bt.cli.progress import Progress
+    from rocs_bt.cli.progress import ProgressBar
 
-    with Progress(f"{EVIL}[red]", 10.0) as progress:
+    with ProgressBar(f"{EVIL}[red]", 10.0) as progress:
         progress._start()
         assert progress._bar.tasks[0].description == safe(f"{EVIL}[red]")
         assert "[red]" in progress._bar.columns[0].render(progress._bar.tasks[0]).plain
@@ -219,7 +219,7 @@ def test_without_a_terminal_a_line_a_minute_says_how_far_it_is(monkeypatch, caps
 
     now = SimulatedClock(25.0)
     monkeypatch.setattr(progress, "WallClock", lambda: now)
-    with progress.Progress(f"{EVIL}office", 40.0, "episodes") as shown:
+    with progress.ProgressBar(f"{EVIL}office", 40.0, "episodes") as shown:
         for done in range(8):
             shown(done)
             now.advance()

@@ -8,7 +8,7 @@ import signal
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.compare import Store, SweepOptions, sweep
+from rocs_bt.compare import EpisodeStore, SweepOptions, sweep
 from rocs_bt.compare.record import encode_record
 from rocs_bt.search.cluster import dask_executor
 
@@ -60,7 +60,7 @@ def test_a_worker_that_is_killed_under_load_costs_nothing_but_time(cluster, cata
             os.kill(pids[0], signal.SIGKILL)
             killed.append(pids[0])
 
-    with dask_executor(cluster.scheduler_address) as executor, Store(tmp_path) as store:
+    with dask_executor(cluster.scheduler_address) as executor, EpisodeStore(tmp_path) as store:
         found = sweep(
             ["none", "tree"], ["short"], range(1, 8), catalog=catalog, executor=executor, store=store, progress=kill
         )

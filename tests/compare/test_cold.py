@@ -10,7 +10,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison, ScenarioScene
 from rocs_bt.compare.cold import POOLED, losses, walk_outward
-from rocs_bt.compare.key import Keys
+from rocs_bt.compare.key import EpisodeKeys
 from rocs_bt.compare.report import cold_rows
 from rocs_bt.declare import replaced
 
@@ -109,6 +109,8 @@ def test_a_key_covers_the_perturbation_its_strength_and_its_definition():
     scene = ScenarioScene("exp1")
     cold = [TREE.under(each) for each in SHIPPED.values()]
     stronger = [TREE.under(each.next()) for each in SHIPPED.values()]
-    assert len({Keys(CATALOG).of(each, scene, 1) for each in (TREE, *cold, *stronger)}) == 1 + 2 * len(SHIPPED)
+    assert len({EpisodeKeys(CATALOG).of(each, scene, 1) for each in (TREE, *cold, *stronger)}) == 1 + 2 * len(SHIPPED)
     other = replaced(SHIPPED["delay"], change="times")
-    assert Keys(CATALOG).of(TREE.under(other), scene, 1) != Keys(CATALOG).of(TREE.under(SHIPPED["delay"]), scene, 1)
+    assert EpisodeKeys(CATALOG).of(TREE.under(other), scene, 1) != EpisodeKeys(CATALOG).of(
+        TREE.under(SHIPPED["delay"]), scene, 1
+    )

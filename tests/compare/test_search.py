@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rocs_bt import Pose2
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import CachingCatalog, Catalog
-from rocs_bt.compare import Block, Floor, Post, Scene, Store, goal_scenario, load_family
+from rocs_bt.compare import Block, EpisodeStore, Floor, Post, Scene, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
 from rocs_bt.control.footprint import Footprint
@@ -227,12 +227,12 @@ def test_a_search_finds_the_post_in_the_way_and_leaves_nothing_else(yard):
 def test_the_same_seed_finds_the_same_scene_and_plays_nothing_twice_even_if_it_was_killed(yard):
     whole, again, before, after, other = Here(), Here(), Here(most=4), Here(), Here()
     wanted = {"budget": 5, "fixed": {"blocked": 1}}
-    with Store() as store:
+    with EpisodeStore() as store:
         undisturbed = sought(yard, executor=whole, store=store, **wanted)
         assert sought(yard, executor=again, store=store, **wanted) == undisturbed
     assert again.played == []
     assert len(whole.played) == len(set(whole.played))
-    with Store() as store:
+    with EpisodeStore() as store:
         with pytest.raises(KeyboardInterrupt):
             sought(yard, executor=before, store=store, **wanted)
         kept = store.count()

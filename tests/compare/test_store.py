@@ -10,14 +10,14 @@ import threading
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.compare import Store
+from rocs_bt.compare import EpisodeStore
 from rocs_bt.compare.store import FILE, Cost
 
 from .records import episode
 
 
 def filled(folder):
-    with Store(folder) as store:
+    with EpisodeStore(folder) as store:
         for number in range(200):
             store.put(episode("tree", f"field-{number}"), Cost(1.0, 1.0))
     return folder / FILE
@@ -49,7 +49,7 @@ def rewrite(file):
 def test_a_store_in_memory_may_be_let_go_of_by_another_thread(monkeypatch):
     complaints = []
     monkeypatch.setattr(sys, "unraisablehook", complaints.append)
-    held = [Store()]
+    held = [EpisodeStore()]
     thread = threading.Thread(target=held.clear)
     thread.start()
     thread.join()
@@ -70,7 +70,7 @@ def test_a_store_that_cannot_be_used_is_named_with_what_to_do(tmp_path, damage, 
     damage(filled(tmp_path))
 
     def use():
-        with Store(tmp_path) as store:
+        with EpisodeStore(tmp_path) as store:
             list(store.records(["tree/field-7/1"]))
 
     with pytest.raises(InputError, match=words) as told:
@@ -82,4 +82,4 @@ def test_a_store_that_cannot_be_used_is_named_with_what_to_do(tmp_path, damage, 
 def test_a_folder_that_is_a_file_is_told(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be opened"):
-        Store(tmp_path / "file")
+        EpisodeStore(tmp_path / "file")

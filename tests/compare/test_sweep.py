@@ -20,9 +20,9 @@ import rocs_bt
 from rocs_bt import run
 from rocs_bt.base.errors import InputError, RocsError
 from rocs_bt.catalog import Catalog, PlannerSpec
-from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
+from rocs_bt.compare import EpisodeStore, ScenarioScene, SweepOptions, sweep
 from rocs_bt.compare.episode import Episode
-from rocs_bt.compare.key import _NOT_PLAYED, Keys
+from rocs_bt.compare.key import _NOT_PLAYED, EpisodeKeys
 from rocs_bt.compare.pool import EXIT_TIMEOUT, WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
 from rocs_bt.compare.runner import EpisodeRunner, run_episode
@@ -110,7 +110,7 @@ def test_the_code_that_no_episode_depends_on_exists():
 
 def test_a_changed_robot_has_another_key(catalog, project):
     def key():
-        return Keys(Catalog(project)).of(Catalog(project).load_planner("@mine"), ScenarioScene("short"), 1)
+        return EpisodeKeys(Catalog(project)).of(Catalog(project).load_planner("@mine"), ScenarioScene("short"), 1)
 
     (project / "robots" / "mine").mkdir(parents=True)
     file = project / "robots" / "mine" / "robot.toml"
@@ -199,7 +199,7 @@ def test_what_an_episode_depends_on_makes_its_key_and_nothing_else(project, cata
     place = ScenarioScene("short")
 
     def key(who=tree, where=place, seed=1):
-        return Keys(Catalog(project)).of(who, where, seed)
+        return EpisodeKeys(Catalog(project)).of(who, where, seed)
 
     same = [key(), key(replaced(tree, doc="Other words.", source="x"))]
     assert same[0] == same[1]
@@ -235,12 +235,12 @@ def test_the_store_holds_what_was_put_and_exports_it_sorted(tmp_path):
         return EpisodeRecord(key=key, planner=planner, family="f", scene="f-1", seed=seed, outcome="success")
 
     records = [record("3", "b", 1), record("1", "a", 2), record("2", "a", 1)]
-    with Store(tmp_path / "store") as store:
+    with EpisodeStore(tmp_path / "store") as store:
         for each in records:
             store.put(each, Cost(1.0, 0.5))
         store.put(records[0], Cost(2.0, 1.0))
         assert store.count() == 3
-    with Store(tmp_path / "store") as store:
+    with EpisodeStore(tmp_path / "store") as store:
         assert list(store.records(["1", "9", "3"])) == [records[1], records[0]]
         assert store.get("9") is None
         assert (store.outcome("3"), store.outcome("9")) == ("success", "")
@@ -251,7 +251,7 @@ def test_the_store_holds_what_was_put_and_exports_it_sorted(tmp_path):
 
 
 def test_two_stores_on_one_file_see_each_others_episodes(tmp_path):
-    one, other = Store(tmp_path), Store(tmp_path)
+    one, other = EpisodeStore(tmp_path), EpisodeStore(tmp_path)
     record = EpisodeRecord(key="1", planner="a", family="f", scene="f-1", seed=1, outcome="stuck")
     one.put(record, Cost(0.0, 0.0))
     assert other.get("1") == record
@@ -387,7 +387,7 @@ def kill_often(project, tmp_path, kills, seeds, planners):
     draw, counts = random.Random(7), []
     store = tmp_path / "killed"
     command = [sys.executable, str(script), str(project), str(store), str(seeds), planners]
-    with Store(store) as kept:
+    with EpisodeStore(store) as kept:
         for kill in range(kills):
             process = subprocess.Popen(
                 command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import rocs_bt
-from rocs_bt.agent import Controller, Runtime, ThreadedRunner
+from rocs_bt.agent import AgentRuntime, Controller, ThreadedRunner
 from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
@@ -220,7 +220,7 @@ def test_nothing_gets_past_the_gate_on_mock_devices(robot, mode, awake):
             gate.wrap(lambda device: logs.append(Logged(device, clock)) or logs[-1])
 
     mind = Controller(build=build, actions=[Berserk])
-    agent, stage = mock_agent(spec, mind, Runtime(clock, sink), prepare=prepare, load=CATALOG.load_class)
+    agent, stage = mock_agent(spec, mind, AgentRuntime(clock, sink), prepare=prepare, load=CATALOG.load_class)
     if threaded:
         clock.start()
         with ThreadedRunner(agent, clock):
@@ -243,7 +243,7 @@ def test_the_gate_is_what_holds_them_off(monkeypatch):
     agent, _ = mock_agent(
         spec,
         Controller(build=build, actions=[Berserk]),
-        Runtime(clock, ListSink()),
+        AgentRuntime(clock, ListSink()),
         load=CATALOG.load_class,
         prepare=lambda stage: stage.actuators["wheels"].wrap(lambda d: logs.append(Logged(d, clock)) or logs[-1]),
     )

@@ -45,7 +45,7 @@ from rocs_bt.declare import (
     Value,
     Word,
     fields_of,
-    place_of,
+    location_of,
     read,
     read_arguments,
     read_root,
@@ -260,10 +260,10 @@ def test_a_document_becomes_an_object_in_si_units(tmp_path: Path) -> None:
     assert isinstance(mine, Own)
     assert mine.gain == 2.0
     assert mine.parameters == {"reach": "any", "more": {"deep": 3}}
-    assert place_of(mine.parameters, "reach") == (tmp_path / "whole.toml", 16, 1)
-    assert [place_of(mine.parameters, *key)[1:] for key in (["more"], ["more", "deep"])] == [(18, 1), (19, 1)]
-    assert (place_of(eye).line, place_of(mine).line, place_of(mine, "driver")[1:]) == (6, 13, (15, 1))
-    assert place_of(replaced(made, doc="x")) == place_of(made)
+    assert location_of(mine.parameters, "reach") == (tmp_path / "whole.toml", 16, 1)
+    assert [location_of(mine.parameters, *key)[1:] for key in (["more"], ["more", "deep"])] == [(18, 1), (19, 1)]
+    assert (location_of(eye).line, location_of(mine).line, location_of(mine, "driver")[1:]) == (6, 13, (15, 1))
+    assert location_of(replaced(made, doc="x")) == location_of(made)
 
 
 SPOILED = {
@@ -330,7 +330,7 @@ def test_objects_made_in_python_are_values() -> None:
     assert one == two
     assert hash(one) == hash(two)
     assert replaced(one, share=0.25) != one
-    assert place_of(one) == (None, 0, 0)
+    assert location_of(one) == (None, 0, 0)
     with pytest.raises(TypeError, match="Part takes no shares"):
         Part(name="a", shares=1.0)
     with pytest.raises(TypeError, match="Part needs name"):
@@ -401,7 +401,7 @@ def test_every_shipped_scenario_has_the_places_of_its_tables() -> None:
         scenario = catalog.read_scenario(entry.name)
         assert isinstance(scenario, ScenarioSpec)
         for each in (*scenario.agents, *scenario.places):
-            assert place_of(each).line > 0, (entry.name, each.name)
+            assert location_of(each).line > 0, (entry.name, each.name)
 
 
 def test_a_text_may_name_what_the_document_declares(tmp_path: Path) -> None:

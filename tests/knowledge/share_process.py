@@ -16,7 +16,7 @@ from rocs_bt.base.clock import WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.share.keys import Keys
+from rocs_bt.share.keys import MemberKeys
 from rocs_bt.share.scope import Scope
 from rocs_bt.share.sharing import Sharing
 from rocs_bt.share.zenoh_network import ZenohNetwork
@@ -24,7 +24,7 @@ from rocs_bt.share.zenoh_network import ZenohNetwork
 
 def main(name: str, listen: str, keys_folder: str, error: str, *peers: str) -> None:
     clock = WallClock()
-    keys = Keys.read(Path(keys_folder)) if keys_folder else None
+    keys = MemberKeys.read(Path(keys_folder)) if keys_folder else None
     knowledge = Knowledge(name, clock, NullSink())
     knowledge.signals.freeze()
     sharing = Sharing(

@@ -12,7 +12,7 @@ from rocs_bt.base.errors import InputError, KnowledgeError
 from rocs_bt.base.geometry import Pose2, Pose3, Twist2
 from rocs_bt.base.units import TEMPERATURE
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, RobotModel, StrategyModel, WorldModel
+from rocs_bt.knowledge import SCHEMA, Attribute, Knowledge, NodeKind, RobotModel, StrategyModel, WorldModel
 
 
 def test_the_robot_is_a_node_of_its_own_knowledge(knowledge: Knowledge) -> None:
@@ -188,7 +188,7 @@ class Team(StrategyModel):
 
 
 def test_each_model_can_be_a_users_own(clock: SimulatedClock, sink: ListSink) -> None:
-    schema = SCHEMA.extended([Kind("air", {"temperature": Attribute(float, (TEMPERATURE,), low=0.0)})])
+    schema = SCHEMA.extended([NodeKind("air", {"temperature": Attribute(float, (TEMPERATURE,), low=0.0)})])
     knowledge = Knowledge("R2", clock, sink, schema, world=WarmWorld, robot=BatteryRobot, strategy=Team)
     knowledge.graph.add("air", "air", temperature=293.0)
     knowledge.strategy.add("attack left")

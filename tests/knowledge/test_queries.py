@@ -16,9 +16,9 @@ from rocs_bt.event import NullSink
 from rocs_bt.knowledge import (
     SCHEMA,
     Attribute,
-    Kind,
     Knowledge,
     KnowledgeGraph,
+    NodeKind,
     QueryContext,
     compile_query,
     find,
@@ -204,7 +204,7 @@ def test_find_says_the_same_as_the_text(yard: Knowledge) -> None:
 
 
 def test_a_kind_of_the_projects_own_is_asked_for_like_any_other() -> None:
-    schema = SCHEMA.extended([Kind("cone", {"colour": Attribute(str), "class": Attribute(int)}, extends="object")])
+    schema = SCHEMA.extended([NodeKind("cone", {"colour": Attribute(str), "class": Attribute(int)}, extends="object")])
     graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2", schema)
     graph.add("c", "cone", colour="red", pose=Pose2(1.0, 0.0))
     graph.set("c", **{"class": 10**400})

@@ -10,7 +10,7 @@ from rocs_bt.base.errors import KnowledgeError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.event import ListSink
-from rocs_bt.knowledge import POSE, SCHEMA, Attribute, Kind, KnowledgeGraph, Live, Relation, Schema
+from rocs_bt.knowledge import POSE, SCHEMA, Attribute, KnowledgeGraph, Live, NodeKind, Relation, Schema
 
 
 def graph_of(schema: Schema) -> KnowledgeGraph:
@@ -18,7 +18,7 @@ def graph_of(schema: Schema) -> KnowledgeGraph:
 
 
 @pytest.mark.parametrize("kind", SCHEMA.kinds.values(), ids=lambda k: k.name)
-def test_every_kind_can_be_added_with_all_that_it_declares(kind: Kind) -> None:
+def test_every_kind_can_be_added_with_all_that_it_declares(kind: NodeKind) -> None:
     samples = {float: 0.5, int: 2, bool: True, str: "text", tuple: (1.0, 2.0), Pose2: Pose2(1.0, 2.0, 0.5)}
     values = {
         n: (0.5,) * a.size if a.size else a.choices[0] if a.choices else samples[a.type]

@@ -19,8 +19,8 @@ from rocs_bt.knowledge import (
     POSE,
     SCHEMA,
     Attribute,
-    Kind,
     KnowledgeGraph,
+    NodeKind,
     Relation,
     Schema,
     load_schema,
@@ -82,7 +82,7 @@ def test_files_may_name_each_others_kinds(tmp_path: Path) -> None:
 
 def test_cardinality_holds_in_both_directions() -> None:
     schema = Schema.of(
-        [Kind("a"), Kind("b")],
+        [NodeKind("a"), NodeKind("b")],
         [Relation("two", ("a",), ("b",), max_targets=2), Relation("one", ("a",), ("b",), single=True, max_sources=1)],
     )
     graph = graph_of(schema)
@@ -102,8 +102,8 @@ def test_cardinality_holds_in_both_directions() -> None:
 
 
 def test_a_kind_may_narrow_what_it_inherits() -> None:
-    wide = Kind("wide", {"v": Attribute(float, low=0.0), "w": Attribute(str)})
-    narrow = Kind("narrow", {"v": Attribute(float, required=True, low=1.0, high=2.0)}, extends="wide")
+    wide = NodeKind("wide", {"v": Attribute(float, low=0.0), "w": Attribute(str)})
+    narrow = NodeKind("narrow", {"v": Attribute(float, required=True, low=1.0, high=2.0)}, extends="wide")
     graph = graph_of(Schema.of([narrow, wide], []))
     with pytest.raises(KnowledgeError, match="narrow 'x' needs v"):
         graph.add("x", "narrow")
@@ -125,7 +125,7 @@ UNITS = [NONE, LENGTH, SPEED, TIME, TURN_RATE, LENGTH * LENGTH, NONE / TIME]
 
 def random_schema(rng: random.Random) -> Schema:
     kinds = [
-        Kind(
+        NodeKind(
             f"k{i}",
             {f"a{i}_{j}": random_attribute(rng) for j in range(rng.randrange(4))},
             rng.choice(["", 'says "so"', "ü\n\x7f\\"]),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.event import PeerAppeared, PeerFault
-from rocs_bt.share.inbox import PER_SENDER, Counts, Inbox
+from rocs_bt.share.inbox import PER_SENDER, Counts, FrameQueue
 from rocs_bt.share.replica import Entry
 from rocs_bt.share.wire import (
     FRAME_LIMIT,
@@ -282,7 +282,7 @@ def test_no_message_of_a_member_breaks_anything(messages):
 @given(st.binary(max_size=200))
 def test_bytes_that_somebody_made_up_never_raise(body):
     counts = Counts()
-    inbox = Inbox(KEY, counts)
+    inbox = FrameQueue(KEY, counts)
     inbox.put(body)
     inbox.put(hashlib.blake2b(body, digest_size=16, key=KEY).digest() + body)
     assert counts.unauthenticated == (1 if body else 2)

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.share.keys import VALID, Keys, make_keys
+from rocs_bt.share.keys import VALID, MemberKeys, make_keys
 
 from .. import needs
 
@@ -41,10 +41,10 @@ def keys(tmp_path_factory):
 @pytest.mark.parametrize("name", MEMBER)
 def test_a_damaged_file_of_a_member_is_named_with_what_to_do(keys, tmp_path, name, damage):
     folder = shutil.copytree(keys / "one/R1", tmp_path / "R1")
-    assert Keys.read(folder).secret == (folder / "group.key").read_bytes()
+    assert MemberKeys.read(folder).secret == (folder / "group.key").read_bytes()
     (folder / name).write_bytes(DAMAGES[damage]((folder / name).read_bytes()))
     with pytest.raises(InputError, match=rf"{name}' .*rocs-bt knowledge keys"):
-        Keys.read(folder)
+        MemberKeys.read(folder)
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
@@ -76,17 +76,17 @@ def test_files_that_do_not_belong_together_are_refused(keys, tmp_path, name, sou
     folder = shutil.copytree(keys / "one/R1", tmp_path / "R1")
     shutil.copy(keys / source, folder / name)
     with pytest.raises(InputError, match=said):
-        Keys.read(folder)
+        MemberKeys.read(folder)
 
 
 @pytest.mark.parametrize("group", ["old", "future"])
 def test_keys_that_are_not_valid_today_are_refused(keys, group):
     with pytest.raises(InputError, match=r"member\.pem' is valid from \d{4}.*today is.*make new keys"):
-        Keys.read(keys / group / "R1")
+        MemberKeys.read(keys / group / "R1")
 
 
 def test_without_its_library_keys_say_what_to_install(keys, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    for use in (lambda: Keys.read(keys / "one/R1"), lambda: make_keys(keys / "new", ["R1"], datetime.now(UTC))):
+    for use in (lambda: MemberKeys.read(keys / "one/R1"), lambda: make_keys(keys / "new", ["R1"], datetime.now(UTC))):
         with pytest.raises(InputError, match=r"keys need 'cryptography'.*pip install 'rocs_bt\[share\]'"):
             use()

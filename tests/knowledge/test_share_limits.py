@@ -290,7 +290,7 @@ class TestMemory:
         monkeypatch.setattr(inbox, "PER_SENDER_BYTES", each)
         monkeypatch.setattr(inbox, "WAITING_BYTES", together)
         counts = Counts()
-        door = inbox.Inbox(b"", counts)
+        door = inbox.FrameQueue(b"", counts)
         for i in range(10):
             for name in "ABCDE":
                 door.put(encode(f"{name}#1", TextMessage(i, "x" * 3000), b""))

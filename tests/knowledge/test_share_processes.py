@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.share.keys import Keys, make_keys
+from rocs_bt.share.keys import MemberKeys, make_keys
 from rocs_bt.share.zenoh_network import ZenohNetwork, check_address
 
 from .. import needs
@@ -176,7 +176,7 @@ def test_off_loopback_needs_keys_and_says_how_to_get_them(tmp_path):
     with pytest.raises(InputError, match="is not on this host"):
         ZenohNetwork("127.0.0.1:0", ["10.0.0.1:7447"])
     with pytest.raises(InputError, match=r"lacks authority\.pem, member\.pem, member\.key, group\.key"):
-        Keys.read(tmp_path)
+        MemberKeys.read(tmp_path)
 
 
 def test_an_address_that_is_taken_is_an_error_that_says_so():
@@ -198,7 +198,7 @@ def test_keys_are_private_and_signed_by_the_group(tmp_path):
         member = x509.load_pem_x509_certificate((folder / "member.pem").read_bytes())
         member.verify_directly_issued_by(authority)
         assert not (folder / "authority.key").exists()
-        assert Keys.read(folder).secret == Keys.read(one).secret
+        assert MemberKeys.read(folder).secret == MemberKeys.read(one).secret
     with pytest.raises(InputError, match="has keys already"):
         make_keys(tmp_path, ["R2"], datetime.now(UTC))
     with pytest.raises(InputError, match="cannot name a member"):

@@ -8,7 +8,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
 from rocs_bt.interfaces.message import MessageQueue
-from rocs_bt.knowledge import SCHEMA, Attribute, Kind
+from rocs_bt.knowledge import SCHEMA, Attribute, NodeKind
 from rocs_bt.knowledge.history import State, load_into, persistent_part
 from rocs_bt.share.network import Impairments
 from rocs_bt.share.scope import Scope
@@ -102,7 +102,7 @@ class TestWhatIsShared:
             Scope(SCHEMA, relations=["nearr"])
 
     def test_a_projects_own_kinds_are_shared_too(self):
-        schema = SCHEMA.extended([Kind("charger", {"power": Attribute(float)}, extends="place")])
+        schema = SCHEMA.extended([NodeKind("charger", {"power": Attribute(float)}, extends="place")])
         peers = Peers(2, schema=schema, kinds=["place"]).start()
         peers.knowledge["R0"].graph.add("c1", "charger", pose=Pose2(1.0, 0.0, 0.0), power=50.0)
         peers.settle()

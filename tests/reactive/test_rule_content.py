@@ -5,7 +5,7 @@ import pytest
 
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import ANGLE, LENGTH, SPEED, MetresPerSecond
-from rocs_bt.declare import Place
+from rocs_bt.declare import Location
 from rocs_bt.expression import Environment
 from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import Override, RuleModel, included_files, load_rules, read_rules, run_tests
@@ -78,7 +78,7 @@ class TestThresholds:
     )
     def test_what_a_robot_gets_wrong_is_told_at_its_place(self, tmp_path, own, message):
         file, robot = write(tmp_path, "a.toml", self.TEXT), tmp_path / "robot.toml"
-        told = faults(file, **{k: Override(v, Place(robot, 7, 3)) for k, v in own.items()})
+        told = faults(file, **{k: Override(v, Location(robot, 7, 3)) for k, v in own.items()})
         assert len(told) == 1
         assert message in told[0]
         assert told[0].startswith(f"{robot}:7:3: " if "for must" not in message else str(file))

@@ -10,7 +10,7 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.toml_table import read_toml
 from rocs_bt.base.units import LENGTH, SPEED, TIME, Quantity
 from rocs_bt.control.body_values import BODY_VALUES
-from rocs_bt.declare import Place
+from rocs_bt.declare import Location
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Override, load_rules, read_rules
 
@@ -61,7 +61,7 @@ def test_random_chains_have_the_values_of_python(tmp_path, seed):
 
 def test_a_wrong_override_of_a_computed_threshold_is_told_at_the_robots_file(tmp_path):
     file, robot = write(tmp_path, ROBOT + NEAR), tmp_path / "robot.toml"
-    (fault,) = read_rules(file, SIGNALS, ACTIONS, overrides={"near": Override("1 s", Place(robot, 7, 3))})[1]
+    (fault,) = read_rules(file, SIGNALS, ACTIONS, overrides={"near": Override("1 s", Location(robot, 7, 3))})[1]
     assert str(fault).startswith(f"{robot}:7:3: 'near' must be in m")
 
 

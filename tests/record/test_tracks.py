@@ -25,7 +25,7 @@ from rocs_bt.event import (
 )
 from rocs_bt.knowledge.history import State
 from rocs_bt.record.header import BodyInfo, Fan, RunHeader
-from rocs_bt.record.states import Key
+from rocs_bt.record.states import TrackKey
 from rocs_bt.record.track import Curve, Steps
 from rocs_bt.record.tracks import TOPICS, Tracks
 
@@ -123,10 +123,10 @@ def test_the_log_has_the_sentences_and_what_they_are_about():
         ]
     )
     assert [(line.text, line.about) for line in tracks.log] == [
-        ("sensor sonar failed: no answer", Key("R2", "sensor", "sonar")),
-        ("wheels held in neutral: emergency stop", Key("R2", "hold", "wheels")),
-        ("wheels released by Ann", Key("R2", "hold", "wheels")),
-        ("path = 3 poses in top/S", Key("R2", "board", "top/S\npath")),
+        ("sensor sonar failed: no answer", TrackKey("R2", "sensor", "sonar")),
+        ("wheels held in neutral: emergency stop", TrackKey("R2", "hold", "wheels")),
+        ("wheels released by Ann", TrackKey("R2", "hold", "wheels")),
+        ("path = 3 poses in top/S", TrackKey("R2", "board", "top/S\npath")),
     ]
     assert [tracks.get("R2", "hold", "wheels").at(t) for t in (1.0, 2.5, 3.5)] == [None, "emergency stop", ""]
 

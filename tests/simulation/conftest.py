@@ -12,7 +12,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
 from rocs_bt.declare import replaced
 from rocs_bt.event import EventSink, ListSink
-from rocs_bt.running import Episode, Result, SimulatedStage
+from rocs_bt.running import LoopResult, RunLoop, SimulatedStage
 from rocs_bt.simulation import SimulatedWorld, build_world
 
 from .yard import BOOM, SCENARIO, WEST
@@ -68,7 +68,7 @@ def make_mind() -> type[Wheels]:
 
 
 @pytest.fixture(scope="session")
-def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld]]:
+def play(catalog: Catalog) -> Callable[..., tuple[LoopResult, Wheels, SimulatedWorld]]:
     """Play a scenario with a mind that only drives."""
 
     def play(
@@ -79,7 +79,7 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld
         seed: int = 1,
         duration: float = 5.0,
         change: Callable[[Wheels, float], bool | None] = lambda mind, t: None,
-    ) -> tuple[Result, Wheels, SimulatedWorld]:
+    ) -> tuple[LoopResult, Wheels, SimulatedWorld]:
         stage = build_world(scenario, catalog, seed, sink)
         mind = Wheels("R2", stage, script)
 
@@ -87,7 +87,7 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld
             return change(mind, t) is not False
 
         place = SimulatedStage(stage, [mind], sink, control=scenario.rate.control_rate)
-        episode = Episode(place, [mind], sink, duration=duration, between=watch)
+        episode = RunLoop(place, [mind], sink, duration=duration, between=watch)
         return episode.run(), mind, stage
 
     return play

@@ -19,7 +19,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
-from rocs_bt.running import Episode, SimulatedStage
+from rocs_bt.running import RunLoop, SimulatedStage
 from rocs_bt.simulation import FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered
 
@@ -64,7 +64,7 @@ def test_height_roll_and_pitch_are_recorded_for_robots_without_wheels_only(
 ) -> None:
     sink = ListSink()
     stage = dataclasses.replace(build_world(exp1, catalog, 1, sink), spatial=frozenset({"R2"}))
-    Episode(SimulatedStage(stage, (), sink, control=exp1.rate.control_rate), (), sink, duration=0.2).run()
+    RunLoop(SimulatedStage(stage, (), sink, control=exp1.rate.control_rate), (), sink, duration=0.2).run()
     moves = [e for e in sink.events if isinstance(e, BodyMoved)]
     for moved in moves:
         own = moved.body == "R2"
@@ -229,7 +229,7 @@ def test_threaded_moves_the_world_with_the_wall_clock(exp1: ScenarioSpec, catalo
     mind = make_mind("R2", stage, lambda t: (0.2, 0.2))
     mind.step(0)
     place = SimulatedStage(stage, [mind], sink, control=exp1.rate.control_rate, wall=clock)
-    result = Episode(place, [mind], sink, duration=clock.now() + 0.4).run()
+    result = RunLoop(place, [mind], sink, duration=clock.now() + 0.4).run()
     assert result.sim_time >= 0.4
     assert 0.0 < stage.world.data.time <= clock.now() + stage.world.step  # the step under way may be ahead
     assert stage.sensors["R2"]["position"].read().stamp == stage.world.stamp > 0.3

@@ -12,7 +12,7 @@ from rocs_bt.catalog import load_robot
 from rocs_bt.declare import replaced
 from rocs_bt.devices.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.event import ListSink, OutcomeDecided
-from rocs_bt.running import Episode, SimulatedStage
+from rocs_bt.running import RunLoop, SimulatedStage
 from rocs_bt.simulation import build_world
 from rocs_bt.simulation.fall import FallWatch
 
@@ -160,7 +160,7 @@ def test_a_robot_that_is_upright_again_within_five_seconds_has_not_fallen(
         return change(mind, t)
 
     place = SimulatedStage(stage, [mind], sink, control=scenario.rate.control_rate)
-    result = Episode(place, [mind], sink, duration=9.0, between=watch).run()
+    result = RunLoop(place, [mind], sink, duration=9.0, between=watch).run()
     assert result.verdicts["R2"].outcome == outcome
     assert result.sim_time == pytest.approx(end, abs=0.3)
     (decided,) = (e for e in sink.events if isinstance(e, OutcomeDecided))

@@ -281,7 +281,7 @@ def make_turning_agent():
     from py_trees.common import Status
     from py_trees.composites import Sequence
 
-    from rocs_bt.agent import Controller, Runtime
+    from rocs_bt.agent import AgentRuntime, Controller
     from rocs_bt.testing.mock_agent import mock_agent
 
     told = []
@@ -294,6 +294,6 @@ def make_turning_agent():
     def build(mission):
         return Sequence("outer", memory=True, children=[Rash("rash")])
 
-    runtime = Runtime(SimulatedClock(0.05), ListSink())
+    runtime = AgentRuntime(SimulatedClock(0.05), ListSink())
     agent: Agent = mock_agent(Catalog().load_robot("pioneer_p3dx"), Controller(build), runtime)[0]
     return agent, told

@@ -6,7 +6,7 @@ import pytest
 
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import episode_folder
-from rocs_bt.compare.store import Cost, Store
+from rocs_bt.compare.store import Cost, EpisodeStore
 from rocs_bt.record.folder_lock import FolderLock
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.studio.runs import Runs
@@ -40,7 +40,7 @@ def project(tmp_path_factory):
     (folder / "runs" / "empty").mkdir()
     (folder / "runs" / "empty" / "run.mcap").write_bytes(b"no recording")
     record(folder / episode_folder("<b>tree", "exp1", 1))
-    with Store(folder / "runs" / "compare") as store:
+    with EpisodeStore(folder / "runs" / "compare") as store:
         for each in (
             episode("<b>tree", "success"),
             episode("tree_no_reflexes", "collision"),

@@ -23,7 +23,7 @@ Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class RobotBody:
+class RobotElements:
     """Indices of a robot's elements in a compiled model, and sizes of the robot.
 
     Attributes:
@@ -67,7 +67,7 @@ class FreeBody:
     tree: tuple[int, ...]  # geoms of the body and of its children
 
 
-def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, MocapBody | FreeBody]:
+def find_objects(model: Any, robots: Mapping[str, RobotElements]) -> dict[str, MocapBody | FreeBody]:
     """Named mocap bodies and free bodies of a model that are no robots, by name."""
     found: dict[str, MocapBody | FreeBody] = {}
     roots = {body.root for body in robots.values()}
@@ -83,12 +83,12 @@ def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, Mocap
     return found
 
 
-def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
+def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotElements]:
     """Indices of the robots' elements in a model, by name of the robot."""
     return {name: _find(model, name) for name in robots}
 
 
-def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
+def geom_labels(model: Any, robots: Mapping[str, RobotElements]) -> list[str]:
     """Label of each geom, for messages: the name of its robot, `floor`, or the name of the geom or its body."""
     owners = {body.root: name for name, body in robots.items()}
     names = []
@@ -109,7 +109,7 @@ def collides(model: Any, geom: int) -> bool:
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
-def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]:
+def outlines(model: Any, robots: Mapping[str, RobotElements]) -> tuple[Outline, ...]:
     """Outlines, seen from above, of all static geoms that can collide, without the floor."""
     names, found = geom_labels(model, robots), []
     for geom in range(model.ngeom):
@@ -167,7 +167,7 @@ def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
     return tuple(_convex(corners))
 
 
-def _find(model: Any, name: str) -> RobotBody:
+def _find(model: Any, name: str) -> RobotElements:
     root = model.body(f"{name}/base").id
     joint = int(model.body_jntadr[root])
     geoms = tuple(g for g in range(model.ngeom) if int(model.body_rootid[model.geom_bodyid[g]]) == root)
@@ -176,7 +176,7 @@ def _find(model: Any, name: str) -> RobotBody:
     q, v = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
     hull = named or own
     reach = max((float(np.linalg.norm(model.geom_pos[g]) + model.geom_rbound[g]) for g in hull), default=0.0)
-    return RobotBody(name, root, q, v, geoms, hull, reach, float(model.qpos0[q + 2]))
+    return RobotElements(name, root, q, v, geoms, hull, reach, float(model.qpos0[q + 2]))
 
 
 def mesh_points(model: Any, geom: int) -> Any:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from .body import RobotBody, box_points, collides, mesh_points
+from .body import RobotElements, box_points, collides, mesh_points
 
 _CLEARANCE = 0.01  # [m] height above the robot's lowest point up to which a geom counts as carrying the robot
 
 
-def carrying_geoms(model: Any, data: Any, body: RobotBody) -> frozenset[int]:
+def carrying_geoms(model: Any, data: Any, body: RobotElements) -> frozenset[int]:
     """IDs of the geoms that carry a robot in a state, with all geoms of the same wheels and legs.
 
     A geom carries the robot if its lowest point is within 1 cm of the robot's lowest point. A part that moves against

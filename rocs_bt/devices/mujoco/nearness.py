@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .body import FLOOR, GROUND, RobotBody, collides, geom_labels
+from .body import FLOOR, GROUND, RobotElements, collides, geom_labels
 
 Array = npt.NDArray[np.float64]
 
@@ -45,7 +45,7 @@ class Near:
 class ClearanceQuery:
     """Distances between robot hulls and obstacles, without the floor."""
 
-    def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
+    def __init__(self, model: Any, robots: Mapping[str, RobotElements]) -> None:
         from .library import mujoco
 
         self._distance = mujoco.mj_geomDistance
@@ -69,7 +69,7 @@ class ClearanceQuery:
         self._among = {of: {name: np.array(g, dtype=np.intp) for name, g in by.items()} for of, by in among.items()}
         self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0 means infinite
 
-    def clearance(self, data: Any, body: RobotBody, limit: float, among: Among = "all") -> tuple[float, str]:
+    def clearance(self, data: Any, body: RobotElements, limit: float, among: Among = "all") -> tuple[float, str]:
         """Distance from a robot's hull to the nearest obstacle.
 
         Args:
@@ -116,7 +116,7 @@ class ClearanceQuery:
                 found.append(best)
         return found
 
-    def sunk(self, data: Any, body: RobotBody) -> tuple[float, str, str]:
+    def sunk(self, data: Any, body: RobotElements) -> tuple[float, str, str]:
         """Greatest overlap of a robot's hull with the level floor.
 
         Returns:

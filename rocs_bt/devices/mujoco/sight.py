@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from .body import RobotBody, collides
+from .body import RobotElements, collides
 
 _ON = 1e-4  # [m] distance behind an ignored surface at which the ray continues
 _OWN = 8  # maximum number of ignored surfaces along a ray
@@ -19,7 +19,7 @@ Point = tuple[float, float, float]
 class LineOfSight:
     """Check of lines of sight between robots, which only geoms that can collide block."""
 
-    def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
+    def __init__(self, model: Any, robots: Mapping[str, RobotElements]) -> None:
         from .library import mujoco
 
         self._ray = mujoco.mj_ray
@@ -33,7 +33,7 @@ class LineOfSight:
         self._owners = [owned.get(geom, "") for geom in range(model.ngeom)]
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
 
-    def clear(self, data: Any, robot: RobotBody, other: RobotBody, begin: Point, end: Point) -> bool:
+    def clear(self, data: Any, robot: RobotElements, other: RobotElements, begin: Point, end: Point) -> bool:
         """Whether a ray between two points is not blocked by anything but the two robots at its ends.
 
         Args:

@@ -16,7 +16,7 @@ from ...base.clock import Clock
 from ...base.errors import UnknownName, unknown
 from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle, yaw_of
 from ..simulated.scene import Rays as Cast
-from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects, z_axis
+from .body import Controls, FreeBody, MocapBody, Motors, RobotElements, bounds, find_bodies, find_objects, z_axis
 from .nearness import Among, ClearanceQuery, Near
 from .sight import LineOfSight
 from .terrain import GroundHeight
@@ -55,7 +55,7 @@ class WorldState:
         self.lock = threading.RLock()
         self.stamp = clock.now()
         self.places: Mapping[str, Pose2] = {}
-        self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
+        self.robots: Mapping[str, RobotElements] = find_bodies(model, robots)
         self.objects: Mapping[str, MocapBody | FreeBody] = find_objects(model, self.robots)
         self.parts: set[str] = set()
         roots = {body.root for body in self.robots.values()}
@@ -77,7 +77,7 @@ class WorldState:
         self._sensors_off = int(model.opt.disableflags)
         self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
-    def body(self, robot: str) -> RobotBody:
+    def body(self, robot: str) -> RobotElements:
         """Indices of a robot in the model.
 
         Raises:

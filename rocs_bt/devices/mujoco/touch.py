@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .body import FLOOR, GROUND, FreeBody, MocapBody, RobotBody, geom_labels
+from .body import FLOOR, GROUND, FreeBody, MocapBody, RobotElements, geom_labels
 
 _APART = 1.0  # [s] minimum time of separation after which a contact of the same pair counts as new
 _APPROACH = 0.05  # [m/s] speed of the touched point of a hull towards the other, above which the robot drives into it
@@ -49,7 +49,7 @@ class ContactDetector:
     """
 
     def __init__(
-        self, model: Any, robots: Mapping[str, RobotBody], objects: Mapping[str, MocapBody | FreeBody]
+        self, model: Any, robots: Mapping[str, RobotElements], objects: Mapping[str, MocapBody | FreeBody]
     ) -> None:
         self._robots = robots
         self._names = geom_labels(model, robots)

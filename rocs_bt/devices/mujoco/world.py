@@ -13,7 +13,7 @@ from ...base.clock import Clock, SimulatedClock
 from ...base.errors import BlockError, DeviceError, Fault, InputError
 from ...base.geometry import Pose2
 from ...interfaces.safety_gate import SafetyGate
-from .body import Controls, FreeBody, Motors, RobotBody
+from .body import Controls, FreeBody, Motors, RobotElements
 from .carrying_geoms import carrying_geoms
 from .rays import Scan
 from .state import WorldState
@@ -50,7 +50,7 @@ class MujocoWorld(WorldState):
         self._bad: memoryview[int] = memoryview(self.data.warning.number)[bad]
         self._drift = np.zeros((model.nmocap, 3))  # [m] displacements of scripted objects per physics step
         self._turns: dict[int, float] = {}  # [rad] turns of scripted objects per physics step, by slot
-        self._pushes: list[tuple[int, RobotBody, npt.NDArray[np.float64]]] = []  # end [steps], robot, force [N]
+        self._pushes: list[tuple[int, RobotElements, npt.NDArray[np.float64]]] = []  # end [steps], robot, force [N]
         self._simulated = isinstance(clock, SimulatedClock)
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}

@@ -89,7 +89,7 @@ class SimulatedSensor(Bound, Value, Sensor):
 
     def _begin(self, noise: float, latency: float, drop_out: float) -> None:
         self.noise = noise
-        self._delivery = Delivery(latency, drop_out, self.faults_rng())
+        self._delivery = LossyDelivery(latency, drop_out, self.faults_rng())
 
     def mounted_at(self) -> Sequence[str]:
         """Names of the sites of the robot's model that the sensor needs; none by default."""
@@ -153,7 +153,7 @@ class SimulatedActuator(Bound, Value, Actuator):
         return type(self).before_step is not SimulatedActuator.before_step
 
 
-class Delivery:
+class LossyDelivery:
     """Delivery of readings from a simulated device to the robot: some are lost, the others arrive after a latency.
 
     The first reading arrives at once, because the robot was there before the start.

@@ -10,7 +10,7 @@ from typing import Any
 from ...base.geometry import Pose2
 from ...event import KnowledgeChanged, Value
 from ..attribute import Attribute, plain
-from ..declaration import Kind, Relation
+from ..declaration import NodeKind, Relation
 from ..graph import KnowledgeGraph
 from ..readable import Readable, Stamp
 from ..schema import SCHEMA, Schema
@@ -136,7 +136,7 @@ class State(Readable):
     def add(self, name: str, kind: str, stamp: Stamp) -> None:
         """Add an empty node after all others, replacing an older one of that name."""
         if kind not in self.schema.kinds:
-            self.schema = self.schema.extended(kinds=(Kind(kind),))
+            self.schema = self.schema.extended(kinds=(NodeKind(kind),))
         if kind not in self._empty:
             declared = self.schema.kinds[kind].attributes
             self._empty[kind] = {"kind": kind, **{attribute: a.default for attribute, a in declared.items()}}
@@ -212,7 +212,7 @@ class State(Readable):
 
     def _declare(self, kind: str, name: str, value: Value) -> Mapping[str, Any]:
         """Declare an attribute of a kind with the type of a value."""
-        self.schema = self.schema.extended(kinds=(Kind(kind, {name: _attribute(value)}),))
+        self.schema = self.schema.extended(kinds=(NodeKind(kind, {name: _attribute(value)}),))
         self._empty.clear()
         family = self.schema.families[kind]
         for node, row in self._rows.items():

@@ -25,7 +25,7 @@ from ..schema import SCHEMA, Schema
 from .names import Names
 from .parameter import HELPERS, Parameter
 from .pattern import AbsentClause, Link, Pattern, Section, read_pattern, sections_of
-from .query import Moment, Query
+from .query import Query, QueryTime
 from .scope import Scope, Slot
 from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, State, Step, Test
 
@@ -403,7 +403,7 @@ class _Compiler:
             raise part.fault(f"'{label}' is an edge.", "Write one of its attributes, as in connects.length.")
         return label, code_of(meaning.code)
 
-    def _moment(self) -> Moment | None:
+    def _moment(self) -> QueryTime | None:
         section = self._sections.get("as of")
         if section is None:
             return None
@@ -413,7 +413,7 @@ class _Compiler:
             kind = self._parameters[words]
             if kind.type is not float or kind.dimension not in (NONE, TIME):
                 raise section.fault(f"'as of' needs a time [s], but '{words}' is {kind}.")
-            return Moment(words, ago)
+            return QueryTime(words, ago)
         try:
             quantity = parse_quantity(words)
         except UnitError as error:
@@ -421,7 +421,7 @@ class _Compiler:
             raise section.fault(error.faults[0].message, hint) from error
         if quantity.dimension != TIME:
             raise section.fault(f"'as of' needs a time, found '{words}'.", "Write for example: as of 12.5 s.")
-        return Moment(quantity.value, ago)
+        return QueryTime(quantity.value, ago)
 
     def _since(self) -> int | str | None:
         section = self._sections.get("changed since")

@@ -65,7 +65,7 @@ Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # the nodes of an an
 
 
 @dataclass(frozen=True)
-class Moment:
+class QueryTime:
     """Query time of `as of`.
 
     Attributes:
@@ -95,7 +95,7 @@ class Query:
     variables: tuple[str, ...]
     columns: tuple[str, ...]
     parameters: Mapping[str, Parameter]
-    as_of: Moment | None
+    as_of: QueryTime | None
     _count: tuple[int, int]
     _shown: tuple[int, ...]
     _edges: tuple[int, ...]
@@ -164,7 +164,7 @@ class Query:
         execution = Execution(graph, context, values, self._texts, self._signals)
         return graph, State(*self._count, execution)
 
-    def _time(self, moment: Moment, now: float, values: Mapping[str, Any]) -> float:
+    def _time(self, moment: QueryTime, now: float, values: Mapping[str, Any]) -> float:
         value: float = values[moment.value] if isinstance(moment.value, str) else moment.value
         return now - value if moment.ago else value
 

@@ -32,8 +32,8 @@ from ...base.units import ANGLE, LENGTH, NONE, Bounds, Dimension, Quantity, pars
 from ...declare import (
     Declared,
     InUnit,
+    Location,
     OneOf,
-    Place,
     Scope,
     TableName,
     Valid,
@@ -41,14 +41,14 @@ from ...declare import (
     Wrong,
     data_of,
     has_key,
-    place_of,
+    location_of,
     read,
     read_value,
     values_of,
 )
 from ...declare.write import written
 from ..attribute import Attribute, Live
-from ..declaration import Kind, Relation
+from ..declaration import NodeKind, Relation
 from .schema import Schema, faults_of, joined_kind, joined_relation
 
 FORMAT: Final = "schema/1"
@@ -195,8 +195,8 @@ class KindKeys(_WithAttributes):
 
     extends: str | None = None
 
-    def _make(self) -> Kind:
-        return Kind(**self._own)
+    def _make(self) -> NodeKind:
+        return NodeKind(**self._own)
 
 
 class RelationKeys(_WithAttributes):
@@ -263,16 +263,16 @@ class _Reader:
     """Adds schema files to a schema one by one, and keeps the position of each declaration for later faults."""
 
     def __init__(self, base: Schema) -> None:
-        self.kinds: dict[str, Kind] = dict(base.declared)
+        self.kinds: dict[str, NodeKind] = dict(base.declared)
         self.relations: dict[str, Relation] = dict(base.relations)
-        self._places: dict[tuple[str, ...], Place] = {}
+        self._places: dict[tuple[str, ...], Location] = {}
 
     def read(self, table: Table) -> None:
         """Read one file, and record the faults that need no other file to be found."""
         found = read(SchemaFile, table)
         for kind in found.kind.values():
             self._add("kind", kind, self.kinds, joined_kind, table)
-            self.kinds.setdefault(kind.name, Kind(kind.name))  # one with a fault is known to what names it
+            self.kinds.setdefault(kind.name, NodeKind(kind.name))  # one with a fault is known to what names it
         for relation in found.relation.values():
             self._add("relation", relation, self.relations, joined_relation, table)
 
@@ -282,9 +282,9 @@ class _Reader:
         try:
             known[of.name] = join(known.get(of.name), of._declaration)
         except KnowledgeError as error:
-            table.faults.append(Fault(str(error), *place_of(of)))
+            table.faults.append(Fault(str(error), *location_of(of)))
         paths = [(key,) for key in values_of(of) if has_key(of, key)] + [("attributes", key) for key in of.attributes]
-        self._places |= {(what, of.name, *path): place_of(of, *path) for path in paths}
+        self._places |= {(what, of.name, *path): location_of(of, *path) for path in paths}
 
     def unlinked(self) -> list[Fault]:
         """Faults of references between declarations, such as an unknown kind in `extends`, with positions."""
@@ -298,7 +298,7 @@ def schema_text(schema: Schema) -> str:
     return as_toml(data_of(SchemaFile(format=FORMAT, kind=kinds, relation=relations)), levels=3)
 
 
-def _keys_of(cls: type[V], of: Kind | Relation) -> V:
+def _keys_of(cls: type[V], of: NodeKind | Relation) -> V:
     attributes = {name: _attribute_keys(name, attribute) for name, attribute in of.attributes.items()}
     return cls(**vars(of) | {"attributes": attributes})
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 
 from ...base.errors import KnowledgeError, did_you_mean
 from ..attribute import Attribute
-from ..declaration import Kind, Relation, lookup
+from ..declaration import NodeKind, Relation, lookup
 
 Path = tuple[str, ...]
 Fault = tuple[Path, str]
 
 
-def lineage(name: str, kinds: Mapping[str, Kind]) -> tuple[str, ...]:
+def lineage(name: str, kinds: Mapping[str, NodeKind]) -> tuple[str, ...]:
     """A kind and its ancestors, nearest first; stops at an unknown name or a cycle."""
     found: list[str] = []
     at: str | None = name
@@ -23,7 +23,7 @@ def lineage(name: str, kinds: Mapping[str, Kind]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
+def with_inherited(kind: NodeKind, kinds: Mapping[str, NodeKind]) -> NodeKind:
     """A kind with the attributes of its ancestors added before its own, which replace inherited ones."""
     attributes: dict[str, Attribute] = {}
     for name in reversed(lineage(kind.name, kinds)):
@@ -31,7 +31,7 @@ def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
     return replace(kind, attributes=attributes)
 
 
-def faults_of(kinds: Mapping[str, Kind], relations: Mapping[str, Relation]) -> Iterator[Fault]:
+def faults_of(kinds: Mapping[str, NodeKind], relations: Mapping[str, Relation]) -> Iterator[Fault]:
     """Faults of references between declarations, such as `(("kind", "goal", "extends"), "there is no kind ...")`."""
     for kind in kinds.values():
         yield from _faults_of_kind(kind, kinds)
@@ -43,7 +43,7 @@ def faults_of(kinds: Mapping[str, Kind], relations: Mapping[str, Relation]) -> I
                     yield ("relation", relation.name, key), f"there is no kind named '{name}'. {hint}"
 
 
-def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
+def _faults_of_kind(kind: NodeKind, kinds: Mapping[str, NodeKind]) -> Iterator[Fault]:
     if kind.extends is None:
         return
     path = ("kind", kind.name, "extends")
@@ -64,7 +64,7 @@ def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
             )
 
 
-def joined_kind(old: Kind | None, new: Kind) -> Kind:
+def joined_kind(old: NodeKind | None, new: NodeKind) -> NodeKind:
     """Merge a declaration of a kind of node into the existing one; the result has the attributes of both.
 
     Args:
@@ -126,14 +126,14 @@ class Schema:
         families: Each kind with all kinds that extend it, directly or not.
     """
 
-    kinds: Mapping[str, Kind]
+    kinds: Mapping[str, NodeKind]
     relations: Mapping[str, Relation]
-    declared: Mapping[str, Kind] = field(repr=False)
+    declared: Mapping[str, NodeKind] = field(repr=False)
     lineages: Mapping[str, tuple[str, ...]] = field(repr=False)
     families: Mapping[str, frozenset[str]] = field(repr=False)
 
     @classmethod
-    def of(cls, kinds: Iterable[Kind], relations: Iterable[Relation]) -> Schema:
+    def of(cls, kinds: Iterable[NodeKind], relations: Iterable[Relation]) -> Schema:
         """Build a schema from declarations.
 
         Raises:
@@ -153,7 +153,7 @@ class Schema:
             {name: frozenset(kind for kind in declared if name in lineages[kind]) for name in declared},
         )
 
-    def kind(self, name: str) -> Kind:
+    def kind(self, name: str) -> NodeKind:
         """A kind by name.
 
         Raises:
@@ -189,7 +189,7 @@ class Schema:
                     f"it can {end} a node of: {', '.join(kinds)}."
                 )
 
-    def extended(self, kinds: Iterable[Kind] = (), relations: Iterable[Relation] = ()) -> Schema:
+    def extended(self, kinds: Iterable[NodeKind] = (), relations: Iterable[Relation] = ()) -> Schema:
         """A schema with additional kinds and relations.
 
         An existing kind or relation gains the new attributes (and a relation the new endpoints). Existing declarations

@@ -11,7 +11,7 @@ from ...base.toml_table import Table
 from ...expression import Environment
 from ...interfaces.action import Action
 from ..arguments import words
-from ..include import Document
+from ..include import RuleDocument
 from ..rule import Rule, RuleSet
 from ..rule_file import read_rules
 from ..threshold import Override
@@ -36,7 +36,7 @@ _KINDS = {"robot": "value of the robot", "threshold": "threshold", "alias": "ali
 _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require", "waits_for"})
 
 
-def unused_names(document: Document) -> list[Fault]:
+def unused_names(document: RuleDocument) -> list[Fault]:
     """Warnings about aliases and thresholds of the file that its expressions do not use; included files are exempt."""
     root = document.table
     used = {

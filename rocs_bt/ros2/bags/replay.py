@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ...agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
+from ...agent import Agent, AgentRuntime, Controller, Rates, RobotDevices, build_agent
 from ...base.clock import Rate, SimulatedClock
 from ...base.errors import DeviceError, Fault, InputError, RecordingError
 from ...base.words import listed
@@ -102,7 +102,7 @@ def replay_bag(
             devices,
             Controller(build=partial(_Goals, transport.types, reader), mission="bag", schema=catalog.load_schema()),
             Rates(control=Rate(1, rate.control_rate.period), plan=rate.plan_rate),
-            Runtime(clock, sink),
+            AgentRuntime(clock, sink),
             load_class=catalog.load_class,
         )
         stack.callback(agent.close)

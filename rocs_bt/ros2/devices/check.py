@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ...base.errors import Fault, InputError
 from ...catalog import RobotSpec
-from ...declare import place_of
+from ...declare import location_of
 from ..messages.type_store import TypeStore
 from ..network.rclpy_transport import definition
 from ..settings import Ros2Settings
@@ -23,7 +23,7 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     try:
         types = TypeStore(settings.distro, lambda name: settings.definition(name) or definition(name))
     except InputError as error:  # an unknown distribution
-        yield from error.at(robot.file, *place_of(settings, "distro")[1:]).faults
+        yield from error.at(robot.file, *location_of(settings, "distro")[1:]).faults
         return
     for sensor, given in sensors:
         try:

@@ -9,7 +9,7 @@ from ...base.errors import DeviceError, InputError
 from ...nav2.decorators import GoalUpdater as CopiesGoal
 from ...nav2.nodes import NAV2
 from ...nav2.poses import list_of, pose_of
-from ...nav2.tables import Battery, Selector, made_node
+from ...nav2.tables import BatteryCondition, Selector, made_node
 from ...plan.context import MissionContext, mission_of
 from ...trees.nodes import FAILURE, SUCCESS, Node, Outcome, Syntax, port_of
 from ...trees.nodes.control.navigation import PauseResumeController as Pausing
@@ -83,7 +83,7 @@ CHARGING = 1
 """Status of a charging battery in sensor_msgs/BatteryState."""
 
 
-class _Battery(Connected, Battery):
+class _Battery(Connected, BatteryCondition):
     def endpoints(self) -> Mapping[str, Open]:
         return dict([_topic(self.read("battery_topic"), "sensor_msgs/msg/BatteryState", "sensor_data")])
 

@@ -18,7 +18,7 @@ MOVING = QoS("reliable", "volatile", 100)
 """Quality of service of `/tf`, as tf2 offers it."""
 
 
-class Publisher:
+class TopicPublisher:
     """Publisher of one topic.
 
     Args:
@@ -55,8 +55,8 @@ class TfPublishers:
 
     def __init__(self, transport: Transport, namespace: str = "") -> None:
         names = RosNames(namespace)
-        self._moving = Publisher(transport, names.topic("tf"), TRANSFORMS, MOVING)
-        self._static = Publisher(transport, names.topic("tf_static"), TRANSFORMS, QoS.LATCHED)
+        self._moving = TopicPublisher(transport, names.topic("tf"), TRANSFORMS, MOVING)
+        self._static = TopicPublisher(transport, names.topic("tf_static"), TRANSFORMS, QoS.LATCHED)
         self.publishers = (self._moving, self._static)
 
     def send(self, transforms: Sequence[messages.Fields]) -> None:
@@ -113,11 +113,11 @@ class RobotPublishers(RosNames):
         self.options = options
         # Constant transforms, which the outputs add: parent, frame, pose in the parent.
         self.statics: list[tuple[str, str, Pose3]] = []
-        self.publishers: list[Publisher] = []
+        self.publishers: list[TopicPublisher] = []
 
-    def publisher(self, name: str, type: str, qos: QoS, rate: Rate | None = None) -> Publisher:
+    def publisher(self, name: str, type: str, qos: QoS, rate: Rate | None = None) -> TopicPublisher:
         """Open a publisher of this robot; without a rate for a latched topic."""
-        made = Publisher(self.transport, self.topic(name), type, qos, 0.0 if rate is None else rate.hz)
+        made = TopicPublisher(self.transport, self.topic(name), type, qos, 0.0 if rate is None else rate.hz)
         self.publishers.append(made)
         return made
 

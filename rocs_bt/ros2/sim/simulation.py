@@ -18,7 +18,7 @@ from ..messages import fields as messages
 from ..messages.names import robot_namespace
 from ..network.qos import QoS, mismatch
 from ..network.transport import Endpoint, Transport
-from .publishers import ALL_FRAMES, FrameOptions, Publisher, RobotPublishers, TfPublishers
+from .publishers import ALL_FRAMES, FrameOptions, RobotPublishers, TfPublishers, TopicPublisher
 from .robot import COMMAND_TIMEOUT, COMMAND_TYPES, LATEST, Ros2Robot
 
 _TICK = 0.01  # [s] maximum simulated time between two messages of /clock, and two looks for commands
@@ -96,7 +96,7 @@ class Ros2Simulation:
         self._sink = sink
         self._rate = rate
         self.simulated: SimulatedWorld = build_world(scenario, catalog, seed, sink, clock=self._clock)
-        self._time = Publisher(transport, "/clock", "rosgraph_msgs/msg/Clock", QoS.COMMAND)
+        self._time = TopicPublisher(transport, "/clock", "rosgraph_msgs/msg/Clock", QoS.COMMAND)
         self.without_tf, tf = "", dict[str, TfPublishers]()  # by namespace
         try:
             for space in set(spaces.values()) if frames.per_namespace else ("",):

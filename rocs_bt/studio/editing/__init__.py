@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...declare import Location
 from .edits import edit, insert, move, remove, set_attribute
 from .elements import Element, parse
-from .help import Description, Item, Place
+from .help import Description, Item
 from .marks import Mark, faults
 from .toml_help import complete_toml, define_toml, describe_toml
 from .vocabulary import NodeInfo, PortInfo, vocabulary
@@ -20,9 +21,9 @@ __all__ = [
     "Description",
     "Element",
     "Item",
+    "Location",
     "Mark",
     "NodeInfo",
-    "Place",
     "PortInfo",
     "complete",
     "define",
@@ -61,7 +62,7 @@ def describe(path: Path, text: str, at: int, *, code: bool = True) -> Descriptio
     return describe_xml(path, text, at, code=code) if path.suffix == ".xml" else None
 
 
-def define(path: Path, text: str, at: int, *, code: bool = True) -> Place | None:
+def define(path: Path, text: str, at: int, *, code: bool = True) -> Location | None:
     """Definition of the name at an offset; None where nothing is known. Arguments as of `complete`."""
     if path.suffix == ".toml":
         return define_toml(path, text, at, code=code)

@@ -53,14 +53,6 @@ class Description(NamedTuple):
     end: int
 
 
-class Place(NamedTuple):
-    """Place of a definition: file, line and column, both 1-based."""
-
-    file: Path
-    line: int
-    column: int
-
-
 def names_instead(path: Path, text: str, start: int, end: int, *, code: bool = True) -> tuple[str, ...]:
     """Names that are valid instead of a span: those that the check lists for a name that does not exist."""
     tried = text[:start] + _NO_NAME + text[end:]

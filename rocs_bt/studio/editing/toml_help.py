@@ -12,7 +12,8 @@ from ...base.errors import InputError
 from ...base.toml_table import KnownKey, observed_tables
 from ...base.toml_text import Key, parse_toml
 from ...catalog import Catalog, classes_in, kind_of
-from .help import Description, Item, Place, names_instead
+from ...declare import Location
+from .help import Description, Item, names_instead
 from .marks import faults
 
 _HEADER = re.compile(r"[ \t]*\[\[?[ \t]*([^\]\n]*?)[ \t]*\]")
@@ -64,7 +65,7 @@ def describe_toml(path: Path, text: str, at: int, *, code: bool = True) -> Descr
     return Description(found[1], _detail(known), known.doc, (), begin + found.start(1), begin + found.end(1))
 
 
-def define_toml(path: Path, text: str, at: int, *, code: bool = True) -> Place | None:
+def define_toml(path: Path, text: str, at: int, *, code: bool = True) -> Location | None:
     """File of the content that a value names; line of the threshold, alias or place that it names."""
     begin = text.rfind("\n", 0, at) + 1
     line = text[begin:].partition("\n")[0]
@@ -75,15 +76,15 @@ def define_toml(path: Path, text: str, at: int, *, code: bool = True) -> Place |
     kind = kind_of(path) if key and key[1] == "base" else _CONTENT.get(key[1] if key else "")
     try:
         if kind is not None:
-            return Place(Catalog.here(path.parent, code=code).find(kind, word, named_in=path).path, 1, 1)
+            return Location(Catalog.here(path.parent, code=code).find(kind, word, named_in=path).path, 1, 1)
         file, _, cls = word.partition(":")
         if file.endswith(".py"):
-            return Place(path.parent / file, classes_in(path.parent / file).get(cls, 1), 1)
+            return Location(path.parent / file, classes_in(path.parent / file).get(cls, 1), 1)
     except InputError:
         return None
     name = re.escape(word)
     own = re.search(rf"""^[ \t]*(?:{name}[ \t]*=|name[ \t]*=[ \t]*["']{name}["'])""", text, re.MULTILINE)
-    return None if own is None else Place(path, text.count("\n", 0, own.start()) + 1, 1)
+    return None if own is None else Location(path, text.count("\n", 0, own.start()) + 1, 1)
 
 
 def _key(written: str) -> Key:

@@ -6,8 +6,9 @@ import re
 from pathlib import Path
 
 from ...base.nesting import descendants
+from ...declare import Location
 from .elements import NAME, Element, parse
-from .help import Description, Item, Place, names_instead
+from .help import Description, Item, names_instead
 from .vocabulary import KEY, NodeInfo, PortInfo, trees_in, vocabulary
 
 _OPEN_TAG = re.compile(rf"""<({NAME}|)((?:[^<>"']|"[^"]*"|'[^']*')*)$""")
@@ -60,7 +61,7 @@ def describe_xml(path: Path, text: str, at: int, *, code: bool = True) -> Descri
     return Description(info.name, info.kind, info.doc, rows, element.start, element.start + 1 + len(element.tag))
 
 
-def define_xml(path: Path, text: str, at: int, *, code: bool = True) -> Place | None:
+def define_xml(path: Path, text: str, at: int, *, code: bool = True) -> Location | None:
     """Definition of what is at an offset: a tree, a node's class, or the first writer of a key."""
     element = _element(text, at)
     if element is None:
@@ -70,7 +71,7 @@ def define_xml(path: Path, text: str, at: int, *, code: bool = True) -> Place | 
         return _writer(path, text, key[1], code)
     info = _info(element.tag, text[element.start : element.inner], vocabulary(path, text, code=code))
     found = info.definition() if info else None
-    return None if found is None else Place(found[0], found[1], 1)
+    return None if found is None else Location(found[0], found[1], 1)
 
 
 def form(path: Path, text: str, at: int, *, code: bool = True) -> tuple[NodeInfo, Element] | None:
@@ -140,7 +141,7 @@ def _values(path: Path, text: str, at: int, value: re.Match[str], code: bool) ->
     return found
 
 
-def _writer(path: Path, text: str, key: str, code: bool) -> Place | None:
+def _writer(path: Path, text: str, key: str, code: bool) -> Location | None:
     """First node that writes a key: by an output port, or a script."""
     document = parse(text, tolerant=True)
     known = vocabulary(path, text, code=code)
@@ -151,5 +152,5 @@ def _writer(path: Path, text: str, key: str, code: bool) -> Place | None:
             script = element.tag == "Script" and re.search(rf"\b{re.escape(key)}\s*:?=", a.value)
             if script or (a.name in outputs and a.value == f"{{{key}}}"):
                 line = text.count("\n", 0, a.at) + 1
-                return Place(path, line, a.at - text.rfind("\n", 0, a.at))
+                return Location(path, line, a.at - text.rfind("\n", 0, a.at))
     return None

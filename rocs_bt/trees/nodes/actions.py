@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from py_trees.behaviour import Behaviour
 
 from ...base.errors import Fault
-from ..board import Board, Entry
+from ..board import Board, BoardEntry
 from ..error import TreeError
 from ..script import Script as Parsed
 from ..script import compile_condition, compile_script, parse_script, script_reading
@@ -84,7 +84,7 @@ class SetBlackboard(Instant):
             target.store(board.fitted(key, target, value))
         return SUCCESS
 
-    def _as_number(self, key: str, entry: Entry, value: Any) -> Any:
+    def _as_number(self, key: str, entry: BoardEntry, value: Any) -> Any:
         """Convert the literal to the key's type; the result is cached."""
         enums = self.board.enums
         if self._number[0] is not entry or self._number[1] is not enums:

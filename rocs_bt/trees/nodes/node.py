@@ -20,7 +20,7 @@ from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
 from ..value import Enums
 from .guard import CONDITIONS, PRE, Run, Tick, guarded
-from .port import Direction, Port, Reading, declared_ports, parse_condition, pointed
+from .port import Direction, Port, PortReader, declared_ports, parse_condition, pointed
 from .runtime import Runtime, Watch
 from .visits import Visits
 
@@ -364,7 +364,7 @@ class Node(Behaviour):
         given = self.given.get(port.name, port.default)
         key = pointed(given, port.name)
         if key is not None:
-            return Reading(port, (self.tag, self.name), self.board, key)
+            return PortReader(port, (self.tag, self.name), self.board, key)
         if given is MISSING:
             raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' has no value and no default."))
         value = None if given is None else _literal(port, given, self.board.enums)

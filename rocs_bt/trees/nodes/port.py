@@ -295,7 +295,7 @@ def pointed(text: object, port: str) -> str | None:
     return port if key == "=" else key
 
 
-class Reading:
+class PortReader:
     """Reader of a port's blackboard key. It keeps a reference to the entry, so that the key is looked up only once.
 
     Args:

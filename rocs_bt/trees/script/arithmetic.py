@@ -15,7 +15,7 @@ from typing import Any
 
 from py_trees.common import Status
 
-from ..board import Board, Entry
+from ..board import Board, BoardEntry
 from ..status import Skip
 from ..value import TRUTH, Enums, converted, numeric, to_string
 
@@ -210,7 +210,7 @@ BITS = 2.0**63
 """Limit of the magnitude of a 64-bit integer."""
 
 
-def existing_entry(board: Board, name: str) -> Entry:
+def existing_entry(board: Board, name: str) -> BoardEntry:
     """Entry of a key that must exist.
 
     Raises:
@@ -222,7 +222,7 @@ def existing_entry(board: Board, name: str) -> Entry:
     return entry
 
 
-def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:
+def assigned(board: Board, name: str, entry: BoardEntry, operator: str, value: Any) -> Any:
     """Compute the new value of an entry for an assignment.
 
     Raises:
@@ -234,7 +234,7 @@ def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -
         raise Refused(f"'{name}' cannot become {shown(value)}: {refused}") from None
 
 
-def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:
+def _assigned(board: Board, name: str, entry: BoardEntry, operator: str, value: Any) -> Any:
     if operator not in (":=", "="):
         value = _combined(entry.value, operator, value)
     elif entry.value is None:
@@ -254,7 +254,7 @@ def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) 
     return _as_stored(entry.value, value)
 
 
-def _fitted(board: Board, name: str, entry: Entry, value: Any) -> Any:
+def _fitted(board: Board, name: str, entry: BoardEntry, value: Any) -> Any:
     """Value of an entry with a type; raises Refused."""
     number = value.__class__ in NUMBERS and entry.kind is int
     return _as_stored(0, value) if number else board.fitted(name, entry, value)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ...base.errors import Fault
-from ..board import Board, Entry
+from ..board import Board, BoardEntry
 from .arithmetic import (
     BINARY,
     EPSILON,
@@ -43,7 +43,7 @@ from .parser import (
 Run = Callable[[], Any]
 _Pair = Callable[[Any, Any], Any]
 
-_UNRESOLVED = Entry()
+_UNRESOLVED = BoardEntry()
 _UNRESOLVED.alive = False  # placeholder for entries that are not resolved yet
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Event, EventSink, KnowledgeChanged, ListSink
-from rocs_bt.knowledge import SCHEMA, Attribute, Kind, KnowledgeGraph, Readable, Relation
+from rocs_bt.knowledge import SCHEMA, Attribute, KnowledgeGraph, NodeKind, Readable, Relation
 
 ALL = {
     "number": Attribute(float, default=0.25),
@@ -22,7 +22,7 @@ ALL = {
     "pose": Attribute(Pose2),
 }
 WIDE = SCHEMA.extended(
-    kinds=[Kind("specimen", ALL)],
+    kinds=[NodeKind("specimen", ALL)],
     relations=[
         Relation("brushes", ("specimen",), ("specimen",), {n: a for n, a in ALL.items() if n != "pose"}),
         Relation("grips", ("specimen",), ("specimen",), single=True),

@@ -1,4 +1,4 @@
-"""Episode: the control periods of one run, from the first one to the outcome of every agent."""
+"""RunLoop: the control periods of one run, from the first one to the outcome of every agent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..agent import Agent
 from ..base.clock import Clock, WallClock
 from ..base.raised import describe
 from ..event import EventSink, OutcomeDecided
-from ..simulation.outcome import AgentState, Judge, Verdict
+from ..simulation.outcome import AgentOutcome, AgentState, Judge
 
 END = "the end of the run"
 """Reason with which actions are cancelled when an agent's run is over."""
@@ -20,8 +20,8 @@ CLOSED = "the viewer was closed"
 """Reason of the outcome `interrupted` if the observer of the run ended it."""
 
 
-class EpisodeAgent(AgentState, Protocol):
-    """Interface of an agent that an episode steps, stops and judges."""
+class LoopAgent(AgentState, Protocol):
+    """Interface of an agent that a loop steps, stops and judges."""
 
     @property
     def name(self) -> str:
@@ -91,8 +91,8 @@ class Stage(Protocol):
 
 
 @dataclass(frozen=True)
-class Result:
-    """Result of an episode.
+class LoopResult:
+    """Result of a run loop.
 
     Attributes:
         verdicts: Verdicts (outcomes with reasons) by agent; empty if they could not be determined.
@@ -101,13 +101,13 @@ class Result:
         trajectory_hash: sha256 of the float64 generalised positions at all control periods; None on hardware.
     """
 
-    verdicts: Mapping[str, Verdict]
+    verdicts: Mapping[str, AgentOutcome]
     sim_time: float
     wall_time: float
     trajectory_hash: str | None
 
 
-class Episode:
+class RunLoop:
     """One run of the agents of a scenario on their stage.
 
     Args:
@@ -126,7 +126,7 @@ class Episode:
     def __init__(
         self,
         stage: Stage,
-        agents: Sequence[EpisodeAgent],
+        agents: Sequence[LoopAgent],
         sink: EventSink,
         *,
         duration: float,
@@ -144,9 +144,9 @@ class Episode:
         self._ended = ended
         self._wall = WallClock(running=False)
         self._wall_time = 0.0
-        self._verdicts: dict[str, Verdict] = {}
+        self._verdicts: dict[str, AgentOutcome] = {}
 
-    def run(self) -> Result:
+    def run(self) -> LoopResult:
         """Run until every agent has an outcome, the duration is over, or a signal ends the run.
 
         If an exception is raised, all agents are stopped and their outcomes are determined before the exception
@@ -175,11 +175,11 @@ class Episode:
         self._interrupt(self._ended())
         self._finish()
 
-    def result(self) -> Result:
-        """Result of the episode, also if `run` raised."""
+    def result(self) -> LoopResult:
+        """Result of the loop, also if `run` raised."""
         took = self.t - self._start
         wall_time = self._wall_time if self._stage.time_stops else took
-        return Result(self._verdicts, took, wall_time, self._stage.trajectory_hash)
+        return LoopResult(self._verdicts, took, wall_time, self._stage.trajectory_hash)
 
     def _over(self, t: float) -> bool:
         """Process one control period; returns whether the run is over."""
@@ -225,7 +225,7 @@ class Episode:
             if (verdict := judge.verdict()) != self._verdicts.get(agent.name):
                 self._announce(agent.name, verdict)
 
-    def _announce(self, agent: str, verdict: Verdict) -> None:
+    def _announce(self, agent: str, verdict: AgentOutcome) -> None:
         self._verdicts[agent] = verdict
         self._sink.emit(
             OutcomeDecided(
@@ -239,7 +239,7 @@ class Episode:
         )
 
 
-def brake(agents: Sequence[EpisodeAgent]) -> None:
+def brake(agents: Sequence[LoopAgent]) -> None:
     """Send all robots to neutral. Call it before stopping the first agent, which may wait for a plan that hangs."""
     for agent in agents:
         agent.brake()

@@ -36,7 +36,7 @@ _FRAME = (
 )
 
 
-class Viewer:
+class FoxgloveMessages:
     """Converts events to messages for Foxglove-compatible viewers; poses and beams at 10 Hz."""
 
     def __init__(self, header: RunHeader) -> None:

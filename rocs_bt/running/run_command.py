@@ -31,7 +31,7 @@ class RunCommand(msgspec.Struct, frozen=True, kw_only=True):
 
 
 @runtime_checkable
-class Control(Protocol):
+class CommandSource(Protocol):
     """Source of commands of a run, such as the live page."""
 
     def take(self) -> Sequence[RunCommand]:
