@@ -52,7 +52,7 @@ class LocalNetwork:
         """Join the network."""
         with self._lock:
             self._peers = {**self._peers, origin: deliver}
-        return _LocalLink(self, origin)
+        return _Link(self, origin)
 
     def send(self, sender: str, frame: bytes, to: str | None) -> None:
         """Deliver a frame to one peer, or to all other peers if `to` is None."""
@@ -60,14 +60,17 @@ class LocalNetwork:
             if origin != sender and to in (None, origin):
                 deliver(frame)
 
+    def poll(self) -> None:
+        """Do nothing: frames are delivered as they are sent."""
+
     def leave(self, origin: str) -> None:
         """Leave the network."""
         with self._lock:
             self._peers = {o: d for o, d in self._peers.items() if o != origin}
 
 
-class _LocalLink:
-    def __init__(self, network: LocalNetwork, origin: str) -> None:
+class _Link:
+    def __init__(self, network: LocalNetwork | SimulatedNetwork, origin: str) -> None:
         self._network = network
         self._origin = origin
 
@@ -75,7 +78,7 @@ class _LocalLink:
         self._network.send(self._origin, frame, to)
 
     def poll(self) -> None:
-        """Do nothing: frames are delivered as they are sent."""
+        self._network.poll()
 
     def close(self) -> None:
         self._network.leave(self._origin)
@@ -122,7 +125,7 @@ class SimulatedNetwork:
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
         """Join the network. `lost` is never called: peers must detect by themselves that another peer is gone."""
         self._peers[origin] = deliver
-        return _SimulatedLink(self, origin)
+        return _Link(self, origin)
 
     def part(self, *sides: Collection[str]) -> None:
         """Partition the network into these sides; all other peers form one more side."""
@@ -132,7 +135,7 @@ class SimulatedNetwork:
         """End the partition."""
         self._side = {}
 
-    def kill(self, origin: str) -> None:
+    def leave(self, origin: str) -> None:
         """Remove a peer without notice; frames on their way to it are lost."""
         self._peers.pop(origin, None)
 
@@ -153,18 +156,3 @@ class SimulatedNetwork:
             _, _, sender, origin, frame = heapq.heappop(self._travelling)
             if origin in self._peers and self._side.get(sender, 0) == self._side.get(origin, 0):
                 self._peers[origin](frame)
-
-
-class _SimulatedLink:
-    def __init__(self, network: SimulatedNetwork, origin: str) -> None:
-        self._network = network
-        self._origin = origin
-
-    def send(self, frame: bytes, to: str | None = None) -> None:
-        self._network.send(self._origin, frame, to)
-
-    def poll(self) -> None:
-        self._network.poll()
-
-    def close(self) -> None:
-        self._network.kill(self._origin)

@@ -73,7 +73,7 @@ class Peers:
 
     def kill(self, name: str) -> None:
         """An agent is gone without a word."""
-        self.network.kill(self.sharing.pop(name).replica.origin)
+        self.network.leave(self.sharing.pop(name).replica.origin)
         del self.knowledge[name]
 
     def turn(self, count: int = 1) -> None:
