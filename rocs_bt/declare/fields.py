@@ -343,12 +343,13 @@ class Declared:
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)
-        own = own_annotations(cls)
-        for name, base in ((name, base) for name in own if name not in cls._names for base in cls.__mro__[1:]):
+        own = {base: own_annotations(base) for base in reversed(cls.__mro__) if issubclass(base, Declared)}
+        known = {name for base in own if base is not cls for name in own[base]}
+        for name, base in ((name, base) for name in own[cls] if name not in known for base in cls.__mro__[1:]):
             if name in vars(base) or name in inspect.get_annotations(base):
                 raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
-        cls._names = tuple(dict.fromkeys((*cls._names, *own)))
-        cls._defaults = {**cls._defaults, **{name: vars(cls)[name] for name in own if name in vars(cls)}}
+        cls._names = tuple(dict.fromkeys(name for names in own.values() for name in names))
+        cls._defaults = {name: vars(base)[name] for base in own for name in own[base] if name in vars(base)}
 
     def __init__(self, /, **given: Any) -> None:
         if more := sorted(given.keys() - set(self._names)):

@@ -93,13 +93,15 @@ def test_keys_are_fields_in_si_units(beacon, rocs_bt):
     assert rocs_bt("run", "first", "--for", "1").code in (0, 1)
 
 
-def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt):
+@pytest.mark.parametrize("bases", ["RangeCone", "RangeCone, MujocoSensor", "MujocoSensor, RangeCone"])
+def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt, bases):
     folder = project / "robots" / "rover"
-    (folder / "deaf.py").write_text("""\
+    (folder / "deaf.py").write_text(f"""\
+from rocs_bt.devices.mujoco import MujocoSensor
 from rocs_bt.devices.simulated import RangeCone
 
 
-class Deaf(RangeCone):
+class Deaf({bases}):
     deaf: bool = False
 """)
     toml = folder / "robot.toml"
@@ -109,6 +111,15 @@ class Deaf(RangeCone):
     toml.write_text(toml.read_text().replace("half_angle =", "half_angel ="))
     told = rocs_bt("check")
     assert "no parameter is named 'half_angel'. Did you mean 'half_angle'?" in told.out + told.err
+
+
+def test_elements_of_a_sensor_that_is_not_in_mujoco_are_refused(beacon, rocs_bt):
+    shipped = "from rocs_bt.devices.simulated import SimulatedSensor\n\nclass Beacon(SimulatedSensor)"
+    folder = beacon(("class Beacon(MujocoSensor)", shipped))
+    told, line = rocs_bt("check", folder), line_of(folder / "robot.toml", 'name = "radio"') - 1
+    assert told.code == 2
+    assert f"robot.toml:{line}: 'Beacon' has a method" in told.text
+    assert "'Beacon' has a method 'prepare' and does not extend MujocoSensor, so nothing calls it." in told.text
 
 
 def test_a_driver_that_replaces_an_inherited_one_does_not_inherit_its_keys(beacon, project, rocs_bt):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.errors import InputError, unknown
+from ...base.errors import Fault, InputError, unknown
 from ..simulated.device import SimulatedSensor
 from ..simulated.ranges import RangeCone
 from .body import z_axis
@@ -20,7 +20,7 @@ def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
     """Add the elements of a sensor to the MjSpec of its robot.
 
     Raises:
-        InputError: The model lacks a site that the sensor needs.
+        InputError: The model lacks a site that the sensor needs, or nothing would call its `prepare`.
     """
     # Sites that other sensors have added contain a slash in their names; the author's sites do not.
     known = [s.name for s in model.sites if s.name and "/" not in s.name]
@@ -30,6 +30,10 @@ def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
         _add_rangefinders(model, name, sensor.sites, sensor.angles)
     if isinstance(sensor, MujocoSensor):
         sensor.prepare(model, name)
+    elif callable(getattr(cls := type(sensor), "prepare", None)):
+        message = f"'{cls.__name__}' has a method 'prepare' and does not extend MujocoSensor, so nothing calls it."
+        hint = f"Write class {cls.__name__}(MujocoSensor, {', '.join(base.__name__ for base in cls.__bases__)})."
+        raise InputError(Fault(message, hint=hint))
 
 
 def _add_rangefinders(model: Any, name: str, sites: Sequence[str], angles: Sequence[tuple[float, float]]) -> None:
