@@ -7,16 +7,11 @@ import operator
 import os
 import subprocess
 import sys
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
-import click
 import pytest
 
-from rocs_bt.base.errors import InputError
-from rocs_bt.base.registered import load, registered
 from rocs_bt.check import check as checking
-from rocs_bt.studio.report import write_report
 
 
 def test_list_as_json_has_what_a_script_needs(rocs_bt):
@@ -198,46 +193,3 @@ def test_help_names_every_command(rocs_bt):
     told = rocs_bt("--help").out
     for command in ("run", "replay", "plot", "list", "show", "check", "identify", "new", "doctor"):
         assert f"  {command} " in told
-
-
-def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(installed, rocs_bt):
-    table = {
-        "hello": EntryPoint("hello", f"{__name__}:hello", "rocs_bt.commands"),
-        "broken": EntryPoint("broken", "no_such_package:command", "rocs_bt.commands"),
-        "run": EntryPoint("run", f"{__name__}:hello", "rocs_bt.commands"),  # the core keeps its names
-    }
-    installed(lambda group: table.values() if group == "rocs_bt.commands" else ())
-    help_ = rocs_bt("--help").out
-    assert "hello" in help_
-    assert "Greet." in help_
-    assert "cannot be loaded: No module named" in help_
-    assert "registered as no_such_package:command" in rocs_bt("broken").err
-    assert rocs_bt("hello").out == "hello\n"
-    assert "SCENARIO" in rocs_bt("run", "--help").out
-
-
-@pytest.mark.parametrize("before", [(), (EntryPoint("report", "no_such_package:x", "rocs_bt.report"),)])
-def test_entry_points_of_the_checkout_come_before_installed_ones_and_need_no_installation(installed, before):
-    installed(lambda group: before if group == "rocs_bt.report" else ())
-    assert load("rocs_bt.report", "report") is write_report
-    assert registered("rocs_bt.nothing") == {}
-    with pytest.raises(InputError, match=r"'reprot'.*report"):
-        load("rocs_bt.report", "reprot")
-
-
-@pytest.fixture
-def installed(monkeypatch):
-    """Sets the entry points of installed packages by group."""
-
-    def install(of):
-        monkeypatch.setattr("rocs_bt.base.registered.entry_points", lambda group: of(group))
-        registered.cache_clear()
-
-    yield install
-    registered.cache_clear()
-
-
-@click.command()
-def hello() -> None:
-    """Greet."""
-    click.echo("hello")

@@ -1,4 +1,4 @@
-"""Entry points of other packages that are wrong are refused with the package's name, where a file needs them."""
+"""Entry points of other packages: a command, and names that are wrong or taken."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import sys
 
 import pytest
 
-from rocs_bt.base.registered import registered
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.registered import load, registered
+from rocs_bt.studio.report import write_report
 
 MODULE = """
+import click
 from rocs_bt.declare import Value
 
 class Memory(Value):
@@ -16,6 +19,11 @@ class Memory(Value):
 
 def services(scenario, clock, seed):
     return dict.fromkeys([agent.name for agent in scenario.agents], lambda knowledge: None)
+
+@click.command()
+def hello():
+    \"\"\"Greet.\"\"\"
+    click.echo("hello")
 """
 
 
@@ -36,6 +44,26 @@ def package(monkeypatch, tmp_path):
     yield install
     sys.modules.pop("forgetful", None)
     registered.cache_clear()
+
+
+def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(package, rocs_bt):
+    package(
+        "rocs_bt.commands hello hello",
+        "rocs_bt.commands broken nothing",
+        "rocs_bt.commands run hello",  # the core keeps its names
+        "rocs_bt.report report nothing",  # and so do its wings
+    )
+    help_ = rocs_bt("--help").out
+    assert "hello" in help_
+    assert "Greet." in help_
+    assert "cannot be loaded: module" in help_
+    assert "registered as forgetful:nothing" in rocs_bt("broken").err
+    assert rocs_bt("hello").out == "hello\n"
+    assert "SCENARIO" in rocs_bt("run", "--help").out
+    assert load("rocs_bt.report", "report") is write_report
+    assert registered("rocs_bt.nothing") == {}
+    with pytest.raises(InputError, match=r"'reprot'.*report"):
+        load("rocs_bt.report", "reprot")
 
 
 @pytest.mark.parametrize("name", ["memory", "robots.memory"])
@@ -65,11 +93,10 @@ def test_services_of_two_tables_for_one_agent_are_refused(package, rocs_bt, proj
     assert "has services of two tables, [memory] and [share]." in told.text
 
 
-def test_two_packages_with_one_name_are_refused_and_the_names_of_rocs_bt_are_taken(package, rocs_bt):
-    package("rocs_bt.commands recall Memory", "rocs_bt.commands search Memory")
-    package("rocs_bt.commands recall Memory", name="mindful")
+def test_two_packages_with_one_name_are_refused(package, rocs_bt):
+    package("rocs_bt.commands recall hello")
+    package("rocs_bt.commands recall hello", name="mindful")
     told = rocs_bt("recall")
     assert told.code == 2
     assert "the command 'recall' is registered by the packages forgetful and mindful. Remove one." in told.text
     assert "is registered by the packages forgetful and mindful" in rocs_bt("doctor").out
-    assert "search" in rocs_bt("search", "--help").out
