@@ -21,6 +21,7 @@ from rocs_bt.ros2.network.connect import open_transport
 from rocs_bt.ros2.network.qos import QoS
 from rocs_bt.ros2.settings import Ros2Settings
 from rocs_bt.running import StopSignals
+from rocs_bt.running.preflight import PreflightReport
 
 from .exp1 import OPTIONS, start_of, write_project
 
@@ -122,3 +123,18 @@ def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):
     reasons = [reason for reason in held if reason.startswith("emergency stop")]
     assert reasons[0] == "emergency stop: topic /r1/emergency_stop"
     assert reasons[-1] == "emergency stop released, waiting for go"
+
+
+def test_a_robot_does_not_start_before_the_release_and_a_go(counterpart, tmp_path):
+    robot = counterpart(*OPTIONS, *start_of(1), distribution="jazzy")
+    catalog, seen = with_stop(tmp_path, "emergency_stop"), list[str]()
+    robot.tell("emergency_stop")
+
+    def show(report: PreflightReport) -> None:
+        if report.paused not in seen:
+            seen.append(report.paused)
+            if report.paused == "emergency stop: topic /r1/emergency_stop":
+                robot.tell("released")
+
+    drive("real", catalog, duration=1.0, preflight=show, go=lambda: "emergency stop released, waiting for go" in seen)
+    assert seen[-3:] == ["emergency stop: topic /r1/emergency_stop", "emergency stop released, waiting for go", ""]
