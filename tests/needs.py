@@ -29,6 +29,7 @@ PACKAGES = {
     "distributed": "clusters need the extra 'cluster'",
     "furo": "building the manual needs the extra 'docs'",
     "hatchling": "building a wheel needs the extra 'test'",
+    "jsonschema": "checking JSON Schemas needs the extra 'test'",
     "myst_parser": "building the manual needs the extra 'docs'",
     "pygls": "the language server needs the extra 'editor'",
     "rosbags": "types of messages of ROS 2 need the extra 'ros2'",

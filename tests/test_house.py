@@ -142,7 +142,6 @@ def test_content_imports_public_names_only(path):
 
 SKIPPING = {
     "contracts/test_check_and_run.py": "faults that a family cannot have",
-    "declare/test_write_and_schema.py": "environments without jsonschema",
     "golden/test_runs.py": "kinds of processors on which no golden run was computed",
     "knowledge/test_share_hosts.py": "machines without network namespaces",
     "needs.py": "what machines may lack",

@@ -14,6 +14,8 @@ from rocs_bt.cli.main import call
 from rocs_bt.cli.show import TABLES
 from rocs_bt.declare import data_of, read, replaced, values_of
 
+from .. import needs
+
 ROOT = Path(__file__).parents[2]
 FILES = {
     "identified": sorted(ROOT.glob("robots/*/identified.toml")),
@@ -40,7 +42,7 @@ def test_what_is_written_is_read_again(kind, file, levels):
 @pytest.fixture(scope="module")
 def faults(tmp_path_factory):
     """Paths of the values that the schema of a kind refuses."""
-    jsonschema = pytest.importorskip("jsonschema")
+    jsonschema = needs.package("jsonschema")
     folder, checkers = tmp_path_factory.mktemp("schemas"), {}
     for kind in TABLES:
         assert call(["show", "--schema", kind, "--out", str(folder / kind)]) == 0
