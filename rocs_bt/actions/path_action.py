@@ -30,7 +30,7 @@ class PathAction(MacroAction):
         height: Height to fly at [m]; +inf for no change. It needs a body that flies.
     """
 
-    if TYPE_CHECKING:  # parameters of the subclasses
+    if TYPE_CHECKING:  # see `GoalAction`
         heading: str
         height: float
 

@@ -231,9 +231,11 @@ class Heartbeat:
         ended = block is None and not worker.thread.is_alive() and not self._stop.is_set() and agent.going
         why = "its thread has ended" if ended else f"{worker.overdue}{load()}" if block is not None else ""
         if worker.optional and block in (None, worker.name):
-            if why and worker.name not in self._reported:
+            if not why:
+                self._reported.discard(worker.name)
+            elif worker.name not in self._reported:
+                self._reported.add(worker.name)
                 agent.report_missing(worker.name, why)
-            (self._reported.add if why else self._reported.discard)(worker.name)
             block = None  # late, but it stops nothing
         elif ended:
             agent.fail(worker.name, "ended", why)

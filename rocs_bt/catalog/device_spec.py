@@ -175,6 +175,7 @@ class SensorSpec(DeviceSpec):
     parameters: Annotated[DeviceKeys, ReadBy(partial(_device_keys, "sensor"))] = Open()
 
     def __post_init__(self) -> None:
+        # The object is new, so that it may still change; `__setattr__` refuses that.
         self.__dict__["signal"] = self.signal or self.name
 
     def validity(self, period: float) -> float:

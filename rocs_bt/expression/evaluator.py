@@ -72,7 +72,7 @@ class Expression:
 
     def reset(self) -> None:
         """Discard the state of all earlier calls."""
-        self.__dict__.pop("_compiled", None)
+        self.__dict__.pop("_compiled", None)  # a cached property, which is computed again
 
     @cached_property
     def _compiled(self) -> tuple[int, int, Machine]:

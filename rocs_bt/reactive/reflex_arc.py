@@ -266,7 +266,10 @@ class ReflexArc:
             self._emit(own, "updated")
 
     def _fire(self, reflex: Reflex, phase: str) -> _Active:
-        (self._planned.add if reflex.waits_for else self._planned.discard)(reflex.rule)
+        if reflex.waits_for:
+            self._planned.add(reflex.rule)
+        else:
+            self._planned.discard(reflex.rule)
         self._readings[reflex.rule] = reflex.describe()
         self._emit(reflex, phase)
         if reflex.broken:

@@ -187,7 +187,7 @@ class _Writer(_Endpoint):
         super().__init__(topic, type, entity)
 
     def write(self, data: bytes) -> None:
-        message = self._cls.__new__(self._cls)
+        message = self._cls.__new__(self._cls)  # without its fields: the data is serialised already
         message.cdr = data
         with self._lock:
             if self._entity is None:

@@ -76,7 +76,10 @@ class RosServices:
 
     def expect(self, what: object, expected: bool) -> None:
         """Note whether `close` has to wait for an object."""
-        (self._unsettled.add if expected else self._unsettled.discard)(what)
+        if expected:
+            self._unsettled.add(what)
+        else:
+            self._unsettled.discard(what)
 
     def goes_on(self, goal: object, why: str) -> None:
         """Note why a goal that is to be cancelled may go on; empty if it does not."""
@@ -195,7 +198,10 @@ class ActionClient:
 
     def settle(self, goal: Goal, settled: bool) -> None:
         """Note whether a goal is still to be cancelled, for which the client must remain open."""
-        (self._unsettled.discard if settled else self._unsettled.add)(goal)
+        if settled:
+            self._unsettled.discard(goal)
+        else:
+            self._unsettled.add(goal)
         self.services.expect(goal, not settled)
         self._destroy()
 

@@ -161,6 +161,7 @@ class Node(Behaviour):
         self._on_halted: Run | None = None
         self._readers: dict[str, Callable[[], Any]] | None = None
         self._wired = False
+        # So are those that come later, once the first node of a class has had them.
         if not self._shares_keys:
             type(self)._shares_keys = True
             for later in ("id", "logger", "tick_once"):
