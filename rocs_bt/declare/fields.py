@@ -139,6 +139,8 @@ class Field:
         if self.is_table:
             return {"list": "a list of tables", "named": "a table of tables", "": "a table"}[self.many]
         unit = "" if self.mark(InUnit) or self.hint is Quantity else f" [{self.mark(Dimension) or NONE}]"
+        if self.hint is object and self.mark(Dimension) is not None:
+            return f"a quantity{unit} or the name of one"
         if self.parts:
             return f"a list of {'lists' if self.many else f'{len(self.parts)} values'}"
         number = self.hint in (float, Quantity)

@@ -75,13 +75,13 @@ def _one(each: Field, needed: bool) -> dict[str, Any]:
         parts = [_one(part, needed) for part in each.parts]
         return {"type": "array", "prefixItems": parts, "items": False, "minItems": len(parts)}
     if each.hint is object:
-        return {}
+        return {} if of == NONE else {"type": "string", "pattern": rf"^\s*({_quantity(of)}|[A-Za-z]\w*)\s*$"}
     if each.options:
         return {"enum": list(each.options)}
     if each.hint is Quantity or each.mark(InUnit) is not None:
         return {"type": ["number", "string"]}
     if each.hint is float and of != NONE:
-        return {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*({_units(of)})\s*$"}
+        return {"type": "string", "pattern": rf"^\s*{_quantity(of)}\s*$"}
     if each.hint is float:
         return {
             "anyOf": [{"type": "number"} | _limits(bounds), {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*%?\s*$"}]
@@ -99,7 +99,8 @@ def _limits(bounds: Bounds) -> dict[str, float]:
     return {name: limit for name, limit in ((low, bounds.low), (high, bounds.high)) if isfinite(limit)}
 
 
-def _units(dimension: Dimension) -> str:
-    """Pattern of the units of a dimension; products of others, such as `kg*m/s2`, are left to the reader."""
-    names, product = units_of(dimension), r"\S+[*/].+"
-    return "|".join([*names, product if "/" not in "".join(names) else r"\S+[*/].+[*/].+"])
+def _quantity(of: Dimension) -> str:
+    """Pattern of a number with a unit; products of other units, such as `kg*m/s2`, are left to the reader."""
+    names, product = units_of(of), r"\S+[*/].+"
+    units = "|".join([*names, product if "/" not in "".join(names) else r"\S+[*/].+[*/].+"])
+    return rf"{_NUMBER}\s*({units})"

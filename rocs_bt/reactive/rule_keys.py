@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
-from ..base.units import Bounds, Seconds
+from ..base.units import TIME, Bounds, Seconds
 from ..declare import Key, Open, Rest, TableName, Valid, Value, Wrong, has_key
 
 MAX_PRIORITY = 1_000_000
@@ -26,6 +26,7 @@ def _is_written(text: str) -> bool:
 _LETTERS = "Use letters, digits and '_', beginning with a letter."
 _NAME, _SIGNAL, _MODE = (Valid(is_name, f"a valid name of a {what}", _LETTERS) for what in ("rule", "signal", "mode"))
 _EXPRESSION = Valid(_is_written, "an expression", "Write for example min(front) < 0.5 m.")
+_Time = Annotated[Any, TIME]  # or the name of a threshold, so that it is read with the expressions
 _CONDITION = Valid(_is_written, "a condition", 'Name what releases the rule, such as "a person".')
 
 
@@ -109,11 +110,11 @@ class RuleKeys(Value):
         when: Guard.
         until: Condition for the release of the latched rule.
         hold: Time for which the guard must hold: a quantity, or the name of a threshold.
-        cooldown: Minimum time to the next latching; as `hold`.
+        cooldown: Minimum time to the next latching; as `for`.
         trigger: Whether the action runs to its own end, or is cancelled on release.
         priority: Priority; a higher one pre-empts.
         on_invalid: Behaviour while the guard is invalid.
-        max_hold: Maximum duration of `on_invalid = "hold"`; as `hold`.
+        max_hold: Maximum duration of `on_invalid = "hold"`; as `for`.
         modes: Modes in which the rule is active.
         tags: Tags, such as `safety`.
         require: Signals without which the rule is inactive.
@@ -127,12 +128,12 @@ class RuleKeys(Value):
     doc: str = ""
     when: Annotated[str, _EXPRESSION]
     until: Annotated[str | None, _EXPRESSION] = None
-    hold: Annotated[Any, Key("for")] = "0 s"
-    cooldown: Any = "0 s"
+    hold: Annotated[_Time, Key("for")] = "0 s"
+    cooldown: _Time = "0 s"
     trigger: Literal["edge", "level"] = "edge"
     priority: Annotated[int, Bounds(-MAX_PRIORITY, MAX_PRIORITY)]
     on_invalid: Literal["trip", "hold", "clear"] = "clear"
-    max_hold: Any = "0 s"
+    max_hold: _Time = "0 s"
     modes: tuple[Annotated[str, _MODE], ...] = ()
     tags: tuple[str, ...] = ()
     require: tuple[Annotated[str, _SIGNAL], ...] = ()

@@ -78,6 +78,16 @@ def test_the_schema_refuses_what_the_reader_refuses(faults, wrong, where):
     assert faults("scenario", data) == ({where} if where else set())
 
 
+@pytest.mark.parametrize("key", ["for", "cooldown", "max_hold"])
+def test_times_of_rules_are_quantities_or_names_of_thresholds(faults, key):
+    text = (ROOT / "rules" / "avoid_collision.toml").read_text(encoding="utf-8")
+    for value, is_valid in {"0.5 s": 1, "20 ms": 1, "patience": 1, 0: 0, "5": 0, "5 m": 0, "2 patience": 0}.items():
+        data = tomllib.loads(text)
+        name = next(iter(data["rule"]))
+        data["rule"][name] |= {key: value}
+        assert faults("rules", data) == (set() if is_valid else {f"$.rule.{name}.{key}"})
+
+
 def test_the_schema_has_texts_defaults_and_units(tmp_path):
     assert call(["show", "--schema", "scenario", "--out", str(tmp_path / "s.json")]) == 0
     key = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))["else"]["properties"]["duration"]
