@@ -87,6 +87,8 @@ def test_plan_runs_when_it_is_due_or_called_and_not_between(make_agent):
     agent.plan.replan("a test")
     play(agent, stage, ahead, [math.inf])
     assert ticks[before:] == [11]
+    play(agent, stage, ahead, [0.45])  # an analyser says so
+    assert ticks[before:] == [11, 12]
 
 
 def test_an_agent_that_was_stopped_rests(make_agent):
