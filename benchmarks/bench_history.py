@@ -18,14 +18,14 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import EventSink, NullSink
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import ChangeLog, State, from_json_text, to_json_text
+from rocs_bt.knowledge.history import ChangeLog, GraphState, from_json_text, to_json_text
 
 NODES, WRITES = size((10_000, 50_000), (100, 1_000))
 
 
 def run() -> Iterator[Row]:
     """All rows."""
-    plain, log = _graph(NullSink()), ChangeLog(State("R2"), keep=NODES)
+    plain, log = _graph(NullSink()), ChangeLog(GraphState("R2"), keep=NODES)
     logged = _graph(log)
     rounds = [[_cpu(lambda g=graph: _write(g, NODES)) / NODES for _ in range(5)] for graph in (plain, logged)]
     without, kept = map(statistics.median, rounds)
@@ -35,14 +35,14 @@ def run() -> Iterator[Row]:
 
 
 def _queries() -> Iterator[Row]:
-    log = ChangeLog(State("R2"))
+    log = ChangeLog(GraphState("R2"))
     graph = _graph(log)
     raw = networkx.MultiDiGraph(graph.view)
     copy = _median(raw.copy)
     begin = log.changes[-1].revision
     _write(graph, WRITES)
     for later, words in ((0, "at its start"), (WRITES // 2, f"{WRITES // 2} changes later")):
-        whole = ChangeLog(State("R2"), changes=log.changes)
+        whole = ChangeLog(GraphState("R2"), changes=log.changes)
         took = _cpu(lambda whole=whole, revision=begin + later: whole.as_of(revision=revision))
         yield Row(f"history: state of all {NODES} nodes, {words}", took / 1e3, "ms", "networkx copy", took / copy)
     log.as_of()

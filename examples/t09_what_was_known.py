@@ -24,7 +24,7 @@ import rocs_bt
 from rocs_bt import SimulatedClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.history import State, read_knowledge, to_json_text
+from rocs_bt.knowledge.history import GraphState, read_knowledge, to_json_text
 from rocs_bt.record import Recording
 from rocs_bt.record.knowledge import recorded_log
 
@@ -44,7 +44,7 @@ with tempfile.TemporaryDirectory() as folder:
 
     # A run that loads it from a file, and replaces the file.
     file = Path(folder) / "knowledge.json"
-    file.write_text(to_json_text(State.of(knowledge.graph)))
+    file.write_text(to_json_text(GraphState.of(knowledge.graph)))
     result = rocs_bt.run("exp1", out=Path(folder) / "run", report=False, knowledge=file)
     print("remembered:", result.summary.knowledge.remembered["R2"])
     log = recorded_log(Recording.open(Path(folder) / "run"), "R2")

@@ -20,11 +20,11 @@ from ..declare import (
     Content,
     InUnit,
     Keys,
-    Kind,
     Open,
     ReadBy,
     Scope,
     SetByPrograms,
+    TableKind,
     Value,
     Wrong,
     given_of,
@@ -58,7 +58,7 @@ def _device_keys(kind: str, table: Table, done: Mapping[str, Any]) -> DeviceKeys
     driver = done["driver"]
     declared = None if is_reference(driver) else declared_keys(driver, kind)
     if declared is not None:
-        return read(declared, table, kind=Kind(f"driver '{driver}'", Value))
+        return read(declared, table, kind=TableKind(f"driver '{driver}'", Value))
     if any(driver in shipped for shipped in SIMULATED.values()):
         hint = did_you_mean(driver, SIMULATED[kind], "The simulation")
         table.fault("driver", f"'{driver}' is no driver of {kind}s.", hint)

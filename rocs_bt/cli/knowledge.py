@@ -21,7 +21,7 @@ from .terminal import echo
 
 if TYPE_CHECKING:
     from ..knowledge import Answers, Readable
-    from ..knowledge.history import ChangeLog, State
+    from ..knowledge.history import ChangeLog, GraphState
 
 
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
@@ -125,7 +125,7 @@ def _is_recording(run: Path) -> bool:
     return run.is_dir() or run.suffix == ".mcap"
 
 
-def _chosen(states: Mapping[str, State], agent: str | None, file: Path) -> State:
+def _chosen(states: Mapping[str, GraphState], agent: str | None, file: Path) -> GraphState:
     """State of the named agent, or of the only one."""
     if agent is None and len(states) != 1:
         raise InputError(
@@ -136,7 +136,7 @@ def _chosen(states: Mapping[str, State], agent: str | None, file: Path) -> State
     return states[agent] if agent is not None else next(iter(states.values()))
 
 
-def state_of(log: ChangeLog, t: float | None) -> State:
+def state_of(log: ChangeLog, t: float | None) -> GraphState:
     """State of a change log at a time [s], or at its end.
 
     Raises:
@@ -148,7 +148,7 @@ def state_of(log: ChangeLog, t: float | None) -> State:
         raise InputError(str(error)) from error
 
 
-def _listed(state: State) -> str:
+def _listed(state: GraphState) -> str:
     """List a state, one node or edge per line."""
     lines = []
     for name in state.nodes():

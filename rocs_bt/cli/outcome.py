@@ -56,7 +56,7 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
 def _moment(summary: Summary, folder: Path) -> str:
     """Time to explain, with the agent if it is not the first: the decisive moment of the run."""
     from ..record import Recording
-    from ..record.decisive import TOPICS, decisive
+    from ..record.decisive import DECISIVE_TOPICS, decisive
     from ..record.tracks import Tracks
 
     t, name = min(summary.sim_time / 2, 5.0), ""
@@ -65,7 +65,7 @@ def _moment(summary: Summary, folder: Path) -> str:
     try:
         recording = Recording.open(folder)
         t += 0.0 if summary.simulated else recording.header.start  # on hardware, the preflight check comes first
-        tracks = Tracks.of_recording(recording, ("rule", "outcome") if succeeded else TOPICS)
+        tracks = Tracks.of_recording(recording, ("rule", "outcome") if succeeded else DECISIVE_TOPICS)
         for found in decisive(tracks, outcomes)[:1]:
             t, name = found.t, found.about.agent
     except RecordingError:  # the run has no recording

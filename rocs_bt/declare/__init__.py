@@ -36,7 +36,7 @@ from .marks import (
     Word,
 )
 from .open import NOWHERE, Location, Open, has_key, location_of
-from .read import Kind, names_of, note_twice, read, read_key, read_root, rows_in
+from .read import TableKind, names_of, note_twice, read, read_key, read_root, rows_in
 from .schema import json_schema
 from .values import checked, read_arguments, read_fields, read_value, read_values, refuse_faults
 from .write import data_of, known_key
@@ -51,7 +51,6 @@ __all__ = [
     "InUnit",
     "Key",
     "Keys",
-    "Kind",
     "Kinds",
     "Location",
     "Names",
@@ -63,6 +62,7 @@ __all__ = [
     "Rest",
     "Scope",
     "SetByPrograms",
+    "TableKind",
     "TableName",
     "Valid",
     "Value",

@@ -23,7 +23,7 @@ _HARMLESS: Mapping[Any, Any] = {str: "", bool: False, int: 0, float: 0.0, Quanti
 
 
 @dataclass(frozen=True)
-class Kind:
+class TableKind:
     """Kind of a table, named by one of its keys.
 
     Attributes:
@@ -55,7 +55,7 @@ def read_root(cls: type[D], root: Table, scope: Scope | None = None) -> D:
     return made
 
 
-def read(cls: type[D], table: Table, scope: Scope | None = None, kind: Kind | None = None) -> D:
+def read(cls: type[D], table: Table, scope: Scope | None = None, kind: TableKind | None = None) -> D:
     """Read a table; its faults are noted in it, and a value with a fault is a default or harmless.
 
     Args:
@@ -132,7 +132,7 @@ class _Reading:
         self.field, self.table, self.scope, self.done = each, table, scope, done
         self.key = each.key
 
-    def value(self, kind: Kind | None) -> Any:
+    def value(self, kind: TableKind | None) -> Any:
         """Value of the field."""
         each, table = self.field, self.table
         if not each.is_key:
@@ -157,7 +157,7 @@ class _Reading:
             return self._registered(added)
         return each.default if each.mark(SetByPrograms) else self._text(str(table.key[-1]) if table.key else "", None)
 
-    def _missing(self, kind: Kind | None) -> Any:
+    def _missing(self, kind: TableKind | None) -> Any:
         each, names = self.field, self.field.mark(Names)
         if names is not None and names.all:
             return tuple(self.scope.names.get(names.kind, ()))
@@ -286,7 +286,7 @@ class _Reading:
             child.fault(kinds.tag, f"no {kinds.what} is named '{name}'.", hint)
         if cls is None:
             return read(known[""], child, self.scope)
-        return read(cls, child, self.scope, Kind(f"the {kinds.what} '{name}'", each.hint))
+        return read(cls, child, self.scope, TableKind(f"the {kinds.what} '{name}'", each.hint))
 
     def _text(self, value: Any, key: str | None) -> Any:
         each, table = self.field, self.table

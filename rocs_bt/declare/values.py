@@ -10,7 +10,7 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.toml_table import Table
 from .fields import Declared, Field, fields_of
 from .open import Open, location_of
-from .read import Kind, read, read_key
+from .read import TableKind, read, read_key
 
 D = TypeVar("D", bound=Declared)
 
@@ -27,7 +27,7 @@ def read_values(cls: type[D], values: Mapping[str, Any], owner: str) -> D:
         InputError: Names or values are not valid; contains every fault.
     """
     table = _opened(values)
-    made = read(cls, table, kind=Kind(owner, Declared))
+    made = read(cls, table, kind=TableKind(owner, Declared))
     _refuse(table, values, owner, fields_of(cls))
     return made
 

@@ -12,7 +12,7 @@ from ..base.errors import InputError, KnowledgeError
 from ..base.geometry import Pose2
 from ..event import Event, EventSink
 from .graph import KnowledgeGraph
-from .history import ChangeLog, State
+from .history import ChangeLog, GraphState
 from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
 from .schema import Schema
 from .signals import SignalTable
@@ -72,7 +72,7 @@ class KnowledgeBase(ABC):
         self.agent = agent
         self.clock = clock
         self.sink = sink
-        self.past = ChangeLog(State(agent, schema), keep=_CHANGES)
+        self.past = ChangeLog(GraphState(agent, schema), keep=_CHANGES)
         self.graph = KnowledgeGraph(clock, _Logged(sink, self.past), agent, schema)
         self.signals: SignalTable = _Signals(self.graph)
         self.graph.add(agent, "robot")

@@ -9,7 +9,7 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..plan.context import mission_of
 from ..trees.nodes import FAILURE, RUNNING, SUCCESS, Outcome, Output, Syntax
-from ..trees.nodes.family import Decorator
+from ..trees.nodes.base_classes import Decorator
 from ..trees.value import from_string
 from .lenient import Framed, Lenient
 from .path import length, poses_in

@@ -28,7 +28,7 @@ KINDS: tuple[type[Event], ...] = tuple(
     kind for kind in vars(ev).values() if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
 )
 # Other kinds use the class name as topic.
-TOPICS: dict[type[Event], str] = {
+EVENT_TOPICS: dict[type[Event], str] = {
     ev.SensorRead: "sensors",
     ev.SensorFailed: "sensor_failures",
     ev.SignalsWritten: "signals",
@@ -59,7 +59,7 @@ _WHOLE = frozenset((str, bytes, int, bool, type(None)))  # types that cannot con
 
 def topic_of(kind: type[Event], agent: str) -> str:
     """Topic of a kind of event: `/R2/tickets`, or `/world/poses` without an agent."""
-    return f"/{agent or 'world'}/{TOPICS.get(kind, kind.__name__)}"
+    return f"/{agent or 'world'}/{EVENT_TOPICS.get(kind, kind.__name__)}"
 
 
 def schema_of(event: Event | FORMS, signals: Iterable[tuple[str, int]] = ()) -> bytes:

@@ -13,7 +13,7 @@ from .samples import stopped
 from .states import TrackKey
 from .tracks import Tracks
 
-TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
+DECISIVE_TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
 """Topics of tracks from which the decisive moments are found."""
 
 AGAIN = 3

@@ -37,7 +37,7 @@ TRUTH: tuple[Signal, ...] = (
     Signal("struck", 1, (NONE,), doc="Number of contacts so far that its own motion did not cause."),
 )
 
-TOPICS = ("pose", "signal", "truth", "stopped")
+SAMPLE_TOPICS = ("pose", "signal", "truth", "stopped")
 """Topics of tracks from which samples are made; only `newest` needs the truth."""
 
 

@@ -14,7 +14,7 @@ from ..event import Event, unpack
 from . import codec
 from .header import AgentInfo, SignalInfo
 from .recording import Recording
-from .samples import TOPICS, environment_of, samples
+from .samples import SAMPLE_TOPICS, environment_of, samples
 from .tracks import Tracks
 
 Table = NDArray[np.void]
@@ -94,7 +94,7 @@ def signal_table(recording: Recording, agent: str, names: Sequence[str] = ()) ->
         if name not in slices:
             raise InputError(unknown("signal", name, slices, f"The agent '{agent}'"))
     environment_of(info)
-    times, values = samples(Tracks.of_recording(recording, TOPICS), info)
+    times, values = samples(Tracks.of_recording(recording, SAMPLE_TOPICS), info)
     columns, units = {"time": np.array(times, np.float64)}, {"time": "s"}
     for name in names or slices:
         first, signal = slices[name]

@@ -24,7 +24,7 @@ from ..event import (
 )
 from ..knowledge import Stamp
 from ..knowledge.attribute import plain
-from ..knowledge.history import State
+from ..knowledge.history import GraphState
 from .diverge import describe
 from .moment import SLACK, Moment
 
@@ -217,9 +217,9 @@ def _signal(why: Moment, name: str) -> Iterator[str]:
         yield f"{name} = {numbers_text(values)}{age}"
 
 
-def graph_at(why: Moment) -> State:
+def graph_at(why: Moment) -> GraphState:
     """Knowledge of the agent at the time."""
-    graph, stamp = State(why.agent), Stamp(why.t, 0)
+    graph, stamp = GraphState(why.agent), Stamp(why.t, 0)
     facts = [(name.split("\n"), value) for name, value in why.tracks.state(why.now, why.agent, "fact").items()]
     for (node, *parts), value in sorted(facts, key=lambda fact: len(fact[0])):
         if not parts:
@@ -231,7 +231,7 @@ def graph_at(why: Moment) -> State:
     return graph
 
 
-def _subject(graph: State, name: str) -> str:
+def _subject(graph: GraphState, name: str) -> str:
     held = {"kind": graph.kind(name), **{a: plain(v) for a, v in graph.attributes(name).items()}}
     edges = {f"{r} -> {target}": True for r in graph.schema.relations for target in graph.related(name, r)}
     return f"{name}: {values_text(held | edges)}"

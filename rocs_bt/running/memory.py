@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType
 from ..agent import Agent
 from ..base.errors import InputError, RecordingError
 from ..base.files import check_writable, is_file, write_whole
-from ..knowledge.history import LoadResult, State, load_into, persistent_part, read_knowledge, to_json_text
+from ..knowledge.history import GraphState, LoadResult, load_into, persistent_part, read_knowledge, to_json_text
 from ..record import KnowledgeFile, Remembered
 
 
@@ -61,7 +61,7 @@ class Memory:
             states = self._read()  # again, because a run of other agents may have written it meanwhile
         except InputError as error:
             raise RecordingError(f"the knowledge '{self._path}' is not written: {error}") from error
-        states |= {agent.name: State.of(agent.knowledge.graph) for agent in self._agents}
+        states |= {agent.name: GraphState.of(agent.knowledge.graph) for agent in self._agents}
         self._path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(self._path, to_json_text(*states.values()))
 
@@ -75,12 +75,12 @@ class Memory:
         }
         return KnowledgeFile(file=str(self._path), remembered=remembered)
 
-    def _read(self) -> dict[str, State]:
+    def _read(self) -> dict[str, GraphState]:
         if self._path is None or not is_file(self._path):
             return {}
         return read_knowledge(self._path, self._agents[0].knowledge.graph.schema)
 
 
-def recall(known: Mapping[str, State], agents: Sequence[Agent]) -> dict[str, LoadResult]:
+def recall(known: Mapping[str, GraphState], agents: Sequence[Agent]) -> dict[str, LoadResult]:
     """Load knowledge of earlier runs into the agents; returns the result by agent, without those that have none."""
     return {agent.name: load_into(agent.knowledge.graph, known[agent.name]) for agent in agents if agent.name in known}

@@ -17,7 +17,7 @@ from ..declare import location_of
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
 from ..expression import Environment, Expression, Requirement, parse_requirement, reading
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
-from ..record.samples import TOPICS, Newest
+from ..record.samples import SAMPLE_TOPICS, Newest
 from ..record.tracks import Tracks
 
 _SLACK = 1e-9  # [s]
@@ -140,7 +140,7 @@ class RequirementWatch:
         names = {name for own in checks.values() for check in own for name in check.signals(known)}
         # Topics without their truth are cheap; a requirement on truth alone follows no signals.
         header = RunHeader(scenario="", seed=0, agents=tuple(known.values()))
-        self._tracks = Tracks(header, TOPICS if names else ("pose", "truth", "stopped"), names)
+        self._tracks = Tracks(header, SAMPLE_TOPICS if names else ("pose", "truth", "stopped"), names)
         self._agents = {name: _Agent(Newest(self._tracks, known[name], names), own) for name, own in checks.items()}
 
     def emit(self, event: Event) -> None:

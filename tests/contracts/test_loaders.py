@@ -25,7 +25,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import SCHEMA as KNOWN
 from rocs_bt.knowledge import KnowledgeGraph, load_schema
-from rocs_bt.knowledge.history import State, from_json_text, to_json_text
+from rocs_bt.knowledge.history import GraphState, from_json_text, to_json_text
 from rocs_bt.plan.action_node import action_nodes
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
@@ -64,7 +64,7 @@ def made(folder: Path, kind: str) -> Path:
     graph = KnowledgeGraph(SimulatedClock(0.05), NullSink(), "R2")
     for count in range(8):
         graph.add(f"o{count}", "object", radius=1.0)
-    path.write_text(to_json_text(State.of(graph)), "utf-8")
+    path.write_text(to_json_text(GraphState.of(graph)), "utf-8")
     return path
 
 

@@ -17,7 +17,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
 from rocs_bt.expression import FUNCTIONS
 from rocs_bt.knowledge import SCHEMA, KnowledgeGraph, QueryContext, Readable, compile_query
-from rocs_bt.knowledge.history import State
+from rocs_bt.knowledge.history import GraphState
 from rocs_bt.knowledge.query import read_parameters
 
 from .naive_query import Asked, Atom, Hop, Junction, Var, answers, beside
@@ -173,7 +173,7 @@ def asked_of(graph: Readable, asked: Asked, here: Pose2 | None) -> list[tuple[st
 def test_the_engine_answers_as_the_naive_interpreter(graph: KnowledgeGraph, asked: Asked, here: Pose2 | None) -> None:
     expected = answers(asked, graph, here)
     assert asked_of(graph, asked, here) == expected, str(asked)
-    assert asked_of(State.of(graph), asked, here) == expected, "of a graph that has no index"
+    assert asked_of(GraphState.of(graph), asked, here) == expected, "of a graph that has no index"
 
 
 @pytest.mark.soak

@@ -9,7 +9,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
 from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import SCHEMA, Attribute, NodeKind
-from rocs_bt.knowledge.history import State, load_into, persistent_part
+from rocs_bt.knowledge.history import GraphState, load_into, persistent_part
 from rocs_bt.share.network import Impairments
 from rocs_bt.share.scope import Scope
 from rocs_bt.share.sharing import Ageing
@@ -191,7 +191,7 @@ class TestDisk:
         peers.knowledge["R0"].graph.add("dock", "place", pose=Pose2(1.0, 2.0, 0.5))
         peers.turn(5)
         assert peers.sharing["R0"].acknowledged == peers.sharing["R0"].written
-        kept = persistent_part(State.of(peers.knowledge["R1"].graph))
+        kept = persistent_part(GraphState.of(peers.knowledge["R1"].graph))
         for name in ("R0", "R1"):
             peers.kill(name)
         peers.start()

@@ -11,7 +11,7 @@ from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import BodyMoved, Fanout
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import ChangeLog, State
+from rocs_bt.knowledge.history import ChangeLog, GraphState
 from rocs_bt.record.knowledge import draw, recorded_log
 from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
 from rocs_bt.record.recorder import Recorder
@@ -27,7 +27,7 @@ def told(tmp_path_factory):
     """A recording of a graph that changes for two seconds; and the graph."""
     folder = tmp_path_factory.mktemp("told")
     clock, recorder = SimulatedClock(0.05), Recorder(folder / "run.mcap", synthetic.header())
-    log = ChangeLog(State("R2"))
+    log = ChangeLog(GraphState("R2"))
     graph = KnowledgeGraph(clock, Fanout(recorder, log), "R2")
     graph.add("R2", "robot")
     graph.add("origin", "goal", pose=Pose2(0.0, 0.0))
@@ -80,7 +80,7 @@ def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
 
 def test_a_state_alone_is_a_log_too(told):
     _, graph, _ = told
-    state = State.of(graph)
+    state = GraphState.of(graph)
     log = ChangeLog(state, "export")
     assert everything(log.as_of()) == everything(graph)
     assert (log.begin, log.end) == (state.t, state.t)

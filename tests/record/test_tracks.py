@@ -23,7 +23,7 @@ from rocs_bt.event import (
     TreeNode,
     pack,
 )
-from rocs_bt.knowledge.history import State
+from rocs_bt.knowledge.history import GraphState
 from rocs_bt.record.header import BodyInfo, Fan, RunHeader
 from rocs_bt.record.states import TrackKey
 from rocs_bt.record.track import Curve, Steps
@@ -39,7 +39,7 @@ def tracks(recording):
 
 def test_the_state_at_any_time_is_that_of_the_events_before(recording, tracks):
     for t in sorted(random.Random(3).uniform(0.0, tracks.end) for _ in range(30)):
-        nodes, tickets, signals, commands, graph = {}, {}, {}, {}, State("R2")
+        nodes, tickets, signals, commands, graph = {}, {}, {}, {}, GraphState("R2")
         for event in (e for e in recording.events() if e.t <= t and e.agent == "R2"):
             if isinstance(event, NodeTicked):
                 nodes[event.node] = event.status

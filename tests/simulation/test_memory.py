@@ -15,7 +15,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import KnowledgeGraph
-from rocs_bt.knowledge.history import State, read_knowledge, to_json_text
+from rocs_bt.knowledge.history import GraphState, read_knowledge, to_json_text
 from rocs_bt.record import Recording
 from rocs_bt.record.knowledge import recorded_log
 from rocs_bt.running.replay import replay
@@ -36,7 +36,7 @@ def remembered(path: Path) -> None:
     graph.add("goal", "place", pose=Pose2(0.0, 0.0))
     graph.relate("shelf", "near", "dock", distance=1.5)
     other.add("den", "place", pose=Pose2(5.0, 5.0))
-    path.write_text(to_json_text(State.of(graph), State.of(other)), "utf-8")
+    path.write_text(to_json_text(GraphState.of(graph), GraphState.of(other)), "utf-8")
 
 
 def events(folder: Path) -> list[object]:

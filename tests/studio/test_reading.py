@@ -319,7 +319,7 @@ def test_two_runs_open_at_the_failure_of_the_second_if_the_first_succeeded(brows
 
 
 def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, tmp_path):
-    from rocs_bt.knowledge.history import ChangeLog, State
+    from rocs_bt.knowledge.history import ChangeLog, GraphState
 
     changes = [
         KnowledgeChanged(t=t, agent="R", what=what, subject="box", name=name, value=value, revision=i)
@@ -327,7 +327,7 @@ def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, 
             [(1.0, "node added", "object", None), (2.0, "attribute", "radius", 0.2), (4.0, "attribute", "radius", 0.3),
              (6.0, "node removed", "object", None)], 1)
     ]  # fmt: skip  # a table
-    log = ChangeLog(State("R"), "run", changes, end=8.0)
+    log = ChangeLog(GraphState("R"), "run", changes, end=8.0)
     page = tmp_path / "knowledge.html"
     page.write_text(render_knowledge(log), encoding="utf-8")
     show(browser, page)

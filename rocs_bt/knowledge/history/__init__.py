@@ -3,12 +3,12 @@
 from .change_log import ChangeLog
 from .exchange import from_json_text, read_knowledge, to_json_text
 from .load import LoadResult, load_into, persistent_part
-from .state import State
+from .state import GraphState
 
 __all__ = [
     "ChangeLog",
+    "GraphState",
     "LoadResult",
-    "State",
     "from_json_text",
     "load_into",
     "persistent_part",

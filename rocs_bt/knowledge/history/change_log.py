@@ -13,7 +13,7 @@ import msgspec
 
 from ...base.errors import KnowledgeError
 from ...event import Event, KnowledgeChanged
-from .state import State
+from .state import GraphState
 
 _TIME, _REVISION = attrgetter("t"), attrgetter("revision")
 
@@ -37,7 +37,7 @@ class ChangeLog:
 
     def __init__(
         self,
-        base: State,
+        base: GraphState,
         label: str = "",
         changes: Iterable[KnowledgeChanged] = (),
         *,
@@ -74,7 +74,7 @@ class ChangeLog:
             if self._keep is not None and len(self.changes) > self._keep:
                 self.base.apply(self.changes.popleft())
 
-    def as_of(self, t: float | None = None, *, revision: int | None = None) -> State:
+    def as_of(self, t: float | None = None, *, revision: int | None = None) -> GraphState:
         """State of the graph at a time [s] or after a revision, for reading only; by default the final state.
 
         Raises:

@@ -22,7 +22,7 @@ from ..declaration import checked
 from ..graph import KnowledgeGraph
 from ..readable import Stamp
 from ..schema import SCHEMA, Schema
-from .state import State, typed
+from .state import GraphState, typed
 
 FORMAT = "knowledge/1"
 _INT64 = 1 << 63
@@ -66,13 +66,13 @@ class _Agent(msgspec.Struct, forbid_unknown_fields=True):
 # -- writing ----------------------------------------------------------------------------------------------------------
 
 
-def to_json_text(*states: State) -> str:
+def to_json_text(*states: GraphState) -> str:
     """The states of agents as lossless JSON, one line per node and edge; equal states give equal texts."""
     agents = ",\n".join(map(_agent_text, states))
     return f'{{\n"format": "{FORMAT}",\n"agents": [\n{agents}\n]\n}}\n'
 
 
-def _agent_text(state: State) -> str:
+def _agent_text(state: GraphState) -> str:
     t = state.t if math.isfinite(state.t) else None
     head = ", ".join(
         f'"{key}": {_ENCODE(value)}' for key, value in (("agent", state.agent), ("t", t), ("revision", state.revision))
@@ -81,7 +81,7 @@ def _agent_text(state: State) -> str:
     return f'{{{head},\n"nodes": [\n{nodes}\n],\n"edges": [\n{edges}\n]}}'
 
 
-def _nodes(state: State) -> Iterator[dict[str, Any]]:
+def _nodes(state: GraphState) -> Iterator[dict[str, Any]]:
     for name in state.nodes():
         t, revision = state.stamp(name)
         written = sorted(state.written(name).items())
@@ -95,7 +95,7 @@ def _nodes(state: State) -> Iterator[dict[str, Any]]:
         }
 
 
-def _edges(state: State) -> Iterator[dict[str, Any]]:
+def _edges(state: GraphState) -> Iterator[dict[str, Any]]:
     for source, relation, target in state.edges():
         row = state.targets(source, relation)[target]
         known = state.edge(source, relation, target) or {}
@@ -123,7 +123,7 @@ def _encoded(value: Any) -> Any:
 # -- reading ----------------------------------------------------------------------------------------------------------
 
 
-def read_knowledge(file: Path, schema: Schema = SCHEMA) -> dict[str, State]:
+def read_knowledge(file: Path, schema: Schema = SCHEMA) -> dict[str, GraphState]:
     """Read a file of knowledge; see `from_json_text`.
 
     Raises:
@@ -135,7 +135,7 @@ def read_knowledge(file: Path, schema: Schema = SCHEMA) -> dict[str, State]:
     return from_json_text(read_text(file), file, schema)
 
 
-def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> dict[str, State]:
+def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> dict[str, GraphState]:
     """Read the states of agents, by name, from JSON and check them against a schema.
 
     Args:
@@ -158,7 +158,7 @@ class _Reader:
     """Builds the states in a document and collects its faults, each with its place in the document."""
 
     def __init__(self, schema: Schema) -> None:
-        self.states: dict[str, State] = {}
+        self.states: dict[str, GraphState] = {}
         self.faults: list[tuple[_Where, str]] = []
         self._schema = schema
 
@@ -182,7 +182,7 @@ class _Reader:
                 self._state(where, agent)
 
     def _state(self, where: _Where, agent: _Agent) -> None:
-        state = self.states[agent.agent] = State(agent.agent, self._schema)
+        state = self.states[agent.agent] = GraphState(agent.agent, self._schema)
         # A live graph takes the same nodes and edges, because it has all the checks.
         graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent.agent, self._schema)
         for index, value in enumerate(agent.nodes):
@@ -227,7 +227,7 @@ def _decoded(value: Any) -> Value:
     return value  # type: ignore[no-any-return]  # a JSON value, checked by the schema later
 
 
-def _add(node: _Node, graph: KnowledgeGraph, state: State) -> None:
+def _add(node: _Node, graph: KnowledgeGraph, state: GraphState) -> None:
     declared = graph.schema.kind(node.kind).attributes
     values = _checked((node.kind, node.name), declared, node.attributes)
     graph.add(node.name, node.kind, **values)
@@ -239,7 +239,7 @@ def _add(node: _Node, graph: KnowledgeGraph, state: State) -> None:
         state.write(node.name, name, plain(value), Stamp(*node.stamps.get(name, stamp)))
 
 
-def _relate(edge: _Edge, graph: KnowledgeGraph, state: State) -> None:
+def _relate(edge: _Edge, graph: KnowledgeGraph, state: GraphState) -> None:
     source, relation, target = edge.source, edge.relation, edge.target
     declared = graph.schema.relation(relation)
     values = _checked((source, relation, target), declared.attributes, edge.attributes)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ...base.errors import KnowledgeError
 from ..graph import KnowledgeGraph
-from .state import State
+from .state import GraphState
 
 #: Kinds of nodes that are not loaded, because each run adds them itself or because they are valid only briefly. Kinds
 #: that extend these are not loaded either.
@@ -28,14 +28,14 @@ class LoadResult:
     refused: tuple[str, ...]
 
 
-def persistent_part(state: State) -> State:
+def persistent_part(state: GraphState) -> GraphState:
     """Part of a state that is worth loading in later runs.
 
     Nodes that belong to the earlier run are excluded: the robot, its parts and blocks, observations, and uses of
     strategies that had not ended. Nodes that may have moved since are excluded too: other robots, people, moving
     objects, and objects without a known pose. Edges of excluded nodes are excluded.
     """
-    lasting, part = {name for name in state.nodes() if _lasts(state, name)}, State(state.agent, state.schema)
+    lasting, part = {name for name in state.nodes() if _lasts(state, name)}, GraphState(state.agent, state.schema)
     for change in state.changes():
         if change.subject in lasting:
             part.apply(change)  # which ignores edges to nodes that are not there
@@ -43,7 +43,7 @@ def persistent_part(state: State) -> State:
     return part
 
 
-def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:
+def load_into(graph: KnowledgeGraph, state: GraphState) -> LoadResult:
     """Add a state to a graph, as one write at the present time.
 
     Nodes and edges of the graph have priority: an existing node gains only attributes that were never written, and an
@@ -59,7 +59,7 @@ def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:
     return LoadResult(nodes, edges, tuple(refused))
 
 
-def _lasts(state: State, name: str) -> bool:
+def _lasts(state: GraphState, name: str) -> bool:
     kind = state.kind(name)
     if any(each in state.schema.lineages[kind] for each in NOT_REMEMBERED):
         return False
@@ -69,7 +69,7 @@ def _lasts(state: State, name: str) -> bool:
     return "object" not in state.schema.lineages[kind] or ("pose" in known and not known.get("moves", False))
 
 
-def _take_node(graph: KnowledgeGraph, state: State, name: str, refused: list[str]) -> bool:
+def _take_node(graph: KnowledgeGraph, state: GraphState, name: str, refused: list[str]) -> bool:
     written = {a: state.get(name, a) for a in state.written(name)}
     try:
         if not graph.has(name):
@@ -85,7 +85,7 @@ def _take_node(graph: KnowledgeGraph, state: State, name: str, refused: list[str
     return bool(new)
 
 
-def _take_edge(graph: KnowledgeGraph, state: State, edge: tuple[str, str, str], refused: list[str]) -> bool:
+def _take_edge(graph: KnowledgeGraph, state: GraphState, edge: tuple[str, str, str], refused: list[str]) -> bool:
     source, relation, target = edge
     if not (graph.has(source) and graph.has(target)):
         return False  # its node was refused already

@@ -19,7 +19,7 @@ _NEVER = Stamp(-math.inf, 0)
 Row = dict[str, Any]
 
 
-class State(Readable):
+class GraphState(Readable):
     """Graph at one revision, with the same reading interface as the live graph.
 
     The stamp of a value is the time and revision of its newest change. The live graph also updates the time when an
@@ -44,7 +44,7 @@ class State(Readable):
         self._shares_edges = False  # whether a copy of this state uses the same edge dicts
 
     @classmethod
-    def of(cls, graph: KnowledgeGraph) -> State:
+    def of(cls, graph: KnowledgeGraph) -> GraphState:
         """A copy of a live graph."""
         with graph.locked():
             state = cls(graph.agent, graph.schema, graph.clock.now(), graph.revision)
@@ -54,9 +54,9 @@ class State(Readable):
                 state._relate(source, relation, target, dict(graph.targets(source, relation)[target]))
         return state
 
-    def copy(self) -> State:
+    def copy(self) -> GraphState:
         """An equal, independent state; fast, because both share their data until one of them changes it."""
-        state = State(self.agent, self.schema, self.t, self.revision)
+        state = GraphState(self.agent, self.schema, self.t, self.revision)
         state._rows, state._stamps = self._rows.copy(), self._stamps.copy()
         state._targets, state._sources = self._targets, self._sources
         self._shares_edges = state._shares_edges = True

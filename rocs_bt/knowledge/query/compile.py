@@ -27,13 +27,13 @@ from .parameter import HELPERS, Parameter
 from .pattern import AbsentClause, Link, Pattern, Section, read_pattern, sections_of
 from .query import Query, QueryTime
 from .scope import Scope, Slot
-from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, State, Step, Test
+from .steps import Absent, Code, Follow, Joined, Match, Near, Pin, Scan, Step, Test
 
 _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 
 def code_of(source: str) -> Code:
-    """Compile the source code of a slot, which `Scope` writes without any user text, to a function of the `State`."""
+    """Compile the source code of a slot, which `Scope` writes without any user text, to a function of the `Match`."""
     parts = [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
     names: dict[str, Any] = {"__builtins__": {"float": float}, **HELPERS}
     exec("\n    ".join(["def code(state):", *parts, f"return {source}"]), names)
@@ -45,7 +45,7 @@ _FEW = 8  # up to this many rows, calls of the kernel are faster than numpy
 
 
 class Formula:
-    """Expression as a function of the query's `State`, which returns the value, or None if unknown."""
+    """Expression as a function of the query's `Match`, which returns the value, or None if unknown."""
 
     def __init__(self, node: Node, slots: Sequence[Slot]) -> None:
         reads = node.reads()
@@ -54,7 +54,7 @@ class Formula:
         self._expression, self._series = Expression(node), Values([node])
         self._expression.prepare()
 
-    def __call__(self, state: State) -> float | bool | None:
+    def __call__(self, state: Match) -> float | bool | None:
         return self._expression(self.read(state))
 
     def hold(self, rows: Sequence[Sequence[float]]) -> list[bool]:
@@ -72,7 +72,7 @@ def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Formula:
 
 
 @dataclass(frozen=True)
-class Condition:
+class Clause:
     """Operand of the top-level `and` of `where`, with indices of the variables and links that it depends on."""
 
     node: Node
@@ -80,7 +80,7 @@ class Condition:
     links: frozenset[int]
 
 
-def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
+def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Clause]:
     """Split an expression at its top-level `and` into conditions, which can be tested separately."""
     if node is None:
         return []
@@ -88,7 +88,7 @@ def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
         return [condition for arg in node.args for condition in conditions_of(arg, slots)]
     read = [slots[i] for i in node.reads()]
     none = frozenset[int]()
-    return [Condition(node, none.union(*(s.variables for s in read)), none.union(*(s.links for s in read)))]
+    return [Clause(node, none.union(*(s.variables for s in read)), none.union(*(s.links for s in read)))]
 
 
 class Planner:
@@ -108,7 +108,7 @@ class Planner:
         schema: Schema,
         pattern: Pattern,
         scope: Scope,
-        conditions: Sequence[Condition],
+        conditions: Sequence[Clause],
         nearest: tuple[int, str] | None,
     ) -> None:
         self._schema = schema

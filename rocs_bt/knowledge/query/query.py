@@ -19,7 +19,7 @@ from ..readable import Readable
 from ..schema import Schema
 from .context import Execution, QueryContext
 from .parameter import Parameter, read_parameters
-from .steps import Code, State, Step, walk
+from .steps import Code, Match, Step, walk
 
 
 class Answers(msgspec.Struct, frozen=True):
@@ -145,7 +145,7 @@ class Query:
             found = self._found(state)
             return next(found, None) is not None
 
-    def _begin(self, graph: Readable, context: QueryContext, given: Mapping[str, Any]) -> tuple[Readable, State]:
+    def _begin(self, graph: Readable, context: QueryContext, given: Mapping[str, Any]) -> tuple[Readable, Match]:
         types, values = read_parameters(given) if given else ({}, {})
         if types != self.parameters:
             raise KnowledgeError(
@@ -162,13 +162,13 @@ class Query:
         if graph.schema is not self.schema and graph.schema != self.schema:
             raise KnowledgeError(f"the query '{self.text}' was compiled for another schema; compile it for this one.")
         execution = Execution(graph, context, values, self._texts, self._signals)
-        return graph, State(*self._count, execution)
+        return graph, Match(*self._count, execution)
 
     def _time(self, moment: QueryTime, now: float, values: Mapping[str, Any]) -> float:
         value: float = values[moment.value] if isinstance(moment.value, str) else moment.value
         return now - value if moment.ago else value
 
-    def _found(self, state: State) -> Iterator[tuple[str, ...]]:
+    def _found(self, state: Match) -> Iterator[tuple[str, ...]]:
         """Yield the answers one by one, each as a tuple of nodes; `state` holds the match of the last one yielded."""
         names, shown, since = state.n, self._shown, self._since
         matches = walk(self._steps, state)
@@ -182,18 +182,18 @@ class Query:
 
         return map(row, matches)  # faster than one more generator
 
-    def _changed(self, state: State, since: int) -> bool:
+    def _changed(self, state: Match, since: int) -> bool:
         """Whether a node or an edge of the match in `state` has changed after the revision `since`."""
         return any(state.r[i]["revision"] > since for i in self._shown) or any(
             state.e[j] is not None and state.e[j]["revision"] > since for j in self._edges
         )
 
-    def _with_values(self, found: Iterator[tuple[str, ...]], state: State) -> Iterator[Found]:
+    def _with_values(self, found: Iterator[tuple[str, ...]], state: Match) -> Iterator[Found]:
         give = self._give
         for row in found:
             yield row, tuple([_plain(code(state)) for code in give]) if give else ()
 
-    def _ordered(self, found: Iterator[Found], near: bool, state: State) -> list[Found]:
+    def _ordered(self, found: Iterator[Found], near: bool, state: Match) -> list[Found]:
         """Sort the answers and keep as many as the query's limit allows."""
         limit = self._limit
         if near:
@@ -206,7 +206,7 @@ class Query:
         keyed.sort(key=_by_key)
         return [(row, values) for _, row, values in keyed[:limit]]
 
-    def _key(self, state: State) -> float:
+    def _key(self, state: Match) -> float:
         if self._order is None:
             return 0.0
         code, descending = self._order

@@ -15,11 +15,11 @@ from .parameter import circle
 from .pattern import Link
 
 Row = Mapping[str, Any]
-Code = Callable[["State"], Any]
+Code = Callable[["Match"], Any]
 _NAME: Callable[[tuple[float, str]], str] = itemgetter(1)
 
 
-class State:
+class Match:
     """Partial match of a query: the nodes to which its variables are bound so far.
 
     Attributes:
@@ -77,17 +77,17 @@ class Scan:
     near: Near | None
     test: Condition | None
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         i, names, rows = self.variable, state.n, state.r
         for names[i], rows[i] in self._nodes(state) if self.test is None else self._tested(self.test, state):
             yield
         names[i] = rows[i] = None
 
-    def _nodes(self, state: State) -> Iterator[tuple[str, Row]]:
+    def _nodes(self, state: Match) -> Iterator[tuple[str, Row]]:
         row_of = state.c.graph.row
         return ((name, row) for name in self._names(state) if (row := row_of(name)) is not None)
 
-    def _tested(self, test: Condition, state: State) -> Iterator[tuple[str, Row]]:
+    def _tested(self, test: Condition, state: Match) -> Iterator[tuple[str, Row]]:
         """Nodes for which the condition holds; it is tested for more and more nodes at once, as few may be wanted."""
         i, names, rows, nodes, size = self.variable, state.n, state.r, self._nodes(state), 8
         while some := list(islice(nodes, size)):
@@ -97,7 +97,7 @@ class Scan:
             yield from compress(some, test.hold(values))
             size = min(4 * size, 1024)
 
-    def _names(self, state: State) -> Iterable[str]:
+    def _names(self, state: Match) -> Iterable[str]:
         near, graph = self.near, state.c.graph
         if near is None:
             return graph.nodes(self.kind)
@@ -136,7 +136,7 @@ class Pin:
     kinds: frozenset[str] | None
     name: Code
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         name = self.name(state)
         row = None if name is None else state.c.graph.row(name)
         if row is not None and (self.kinds is None or row["kind"] in self.kinds):
@@ -154,7 +154,7 @@ class Follow:
     forward: bool
     kinds: frozenset[str] | None
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         link, graph = self.link, state.c.graph
         here, i = (link.source, link.target) if self.forward else (link.target, link.source)
         for name, edge in _ends(state, link, state.n[here], self.forward):
@@ -174,7 +174,7 @@ class Joined:
     link: Link
     edge: int
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         link, source, target = self.link, state.n[self.link.source], state.n[self.link.target]
         if link.plain:
             edge = state.c.graph.targets(source, link.relation.name).get(target)
@@ -192,7 +192,7 @@ class Test:
 
     holds: Code
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         if self.holds(state):
             yield
 
@@ -203,7 +203,7 @@ class Absent:
 
     steps: Sequence[Step]
 
-    def run(self, state: State) -> Iterator[None]:
+    def run(self, state: Match) -> Iterator[None]:
         if not any(True for _ in walk(self.steps, state)):
             yield
 
@@ -211,18 +211,18 @@ class Absent:
 Step = Scan | Pin | Follow | Joined | Test | Absent
 
 
-def walk(steps: Sequence[Step], state: State, at: int = 0) -> Iterator[None]:
+def walk(steps: Sequence[Step], state: Match, at: int = 0) -> Iterator[None]:
     """Iterate over all matches of the steps from index `at` on; `state` holds the present match."""
     left = len(steps) - at
     return steps[at].run(state) if left == 1 else _walk(steps, state, at) if left else iter((None,))
 
 
-def _walk(steps: Sequence[Step], state: State, at: int) -> Iterator[None]:
+def _walk(steps: Sequence[Step], state: Match, at: int) -> Iterator[None]:
     for _ in steps[at].run(state):
         yield from walk(steps, state, at + 1)
 
 
-def _ends(state: State, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
+def _ends(state: Match, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
     """Nodes that a link joins to the node `name`, each with the row of the edge; None for a chain of edges."""
     graph, relation = state.c.graph, link.relation.name
     ends = graph.targets if forward else graph.sources

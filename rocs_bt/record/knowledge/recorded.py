@@ -8,9 +8,9 @@ from ...base.errors import InputError, RecordingError, unknown
 from ...base.geometry import Pose2
 from ...event import KnowledgeChanged
 from ...knowledge import SCHEMA, QueryContext, Schema, SignalTable
-from ...knowledge.history import ChangeLog, State
+from ...knowledge.history import ChangeLog, GraphState
 from ..recording import Recording
-from ..samples import TOPICS, environment_of, samples
+from ..samples import SAMPLE_TOPICS, environment_of, samples
 from ..tracks import Tracks
 
 
@@ -38,7 +38,7 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
     changes = sorted((e for e in found if e.agent == agent), key=lambda e: e.revision)
     if not changes:
         raise RecordingError(f"'{recording.path}' has no changes of the knowledge of {agent}.")
-    return ChangeLog(State(agent, schema), recording.header.label, changes, begin=changes[0].t, end=end)
+    return ChangeLog(GraphState(agent, schema), recording.header.label, changes, begin=changes[0].t, end=end)
 
 
 def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, SignalTable]:
@@ -59,7 +59,7 @@ def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[Qu
     for signal in environment_of(info).signals.values():
         table.declare(signal)
     table.freeze()
-    _, x = samples(Tracks.of_recording(recording, TOPICS), info, before=math.nextafter(t, math.inf))
+    _, x = samples(Tracks.of_recording(recording, SAMPLE_TOPICS), info, before=math.nextafter(t, math.inf))
     if len(x):
         table.update({name: x[-1, table.slice_of(name)] for name in table.names}, t)
 

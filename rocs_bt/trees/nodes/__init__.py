@@ -4,8 +4,8 @@ Unlike in py_trees, a tick is a chain of direct calls instead of generators, bec
 """
 
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Outcome
+from .base_classes import Control, Decorator, Instant, Leaf, halt
 from .changes import Changes
-from .family import Control, Decorator, Instant, Leaf, halt
 from .guard import CONDITIONS
 from .node import Node
 from .port import (

@@ -13,8 +13,8 @@ from ..error import TreeError
 from ..script import Script as Parsed
 from ..script import compile_condition, compile_script, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
+from .base_classes import Instant, Leaf
 from .decorators import TIME_TOLERANCE
-from .family import Instant, Leaf
 from .port import ConditionText, InOut, ScriptText, Syntax, key_name, pointer
 from .runtime import Runtime
 

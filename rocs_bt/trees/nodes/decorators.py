@@ -12,7 +12,7 @@ from ...base.errors import Fault, InputError
 from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted
-from .family import Decorator, counted_text, halt, no_outcome
+from .base_classes import Decorator, counted_text, halt, no_outcome
 from .port import ConditionText, Direction, InOut, Syntax, key_name, port_of
 
 

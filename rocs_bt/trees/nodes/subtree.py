@@ -12,7 +12,7 @@ from ..board import Board
 from ..error import TreeError
 from ..status import IDLE, RUNNING, SKIPPED, Outcome
 from ..value import from_string
-from .family import Decorator, no_outcome
+from .base_classes import Decorator, no_outcome
 from .guard import CONDITIONS
 from .node import RESERVED
 from .port import ExactKey, pointed

@@ -20,7 +20,7 @@ from ..board import Board
 from ..error import TreeError
 from ..status import RUNNING, Outcome
 from ..value import Enums
-from .family import halt
+from .base_classes import halt
 from .node import Node, is_own_node
 from .runtime import Runtime, Watch
 from .subtree import SubTree

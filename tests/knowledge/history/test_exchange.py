@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.knowledge.history import State, from_json_text, to_json_text
+from rocs_bt.knowledge.history import GraphState, from_json_text, to_json_text
 
 from .worlds import STEPS, WIDE, Step, World, held
 
@@ -24,12 +24,12 @@ def test_json_is_read_back_to_the_last_byte(steps: list[Step]) -> None:
     world = World()
     for step in steps:
         world.take(step)
-    text = to_json_text(State.of(world.graph), State("R3", WIDE))
+    text = to_json_text(GraphState.of(world.graph), GraphState("R3", WIDE))
     states = from_json_text(text, FILE, WIDE)
     assert to_json_text(*states.values()) == text
     assert held(states["R2"]) == held(world.graph)
     for node in world.graph.nodes():
-        assert states["R2"].written(node) == State.of(world.graph).written(node)
+        assert states["R2"].written(node) == GraphState.of(world.graph).written(node)
     assert not states["R3"].nodes()
 
 

@@ -14,7 +14,7 @@ from rocs_bt.base.errors import KnowledgeError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Fanout, KnowledgeChanged, ListSink, NullSink
 from rocs_bt.knowledge import Knowledge, KnowledgeGraph
-from rocs_bt.knowledge.history import ChangeLog, State, to_json_text
+from rocs_bt.knowledge.history import ChangeLog, GraphState, to_json_text
 
 from .worlds import STEPS, WIDE, Step, World, held, naive
 
@@ -27,7 +27,7 @@ def test_what_is_read_back_is_a_naive_copy(
     world = World()
     for step in before:
         world.take(step)
-    log = ChangeLog(State.of(world.graph), "run", keep=keep)
+    log = ChangeLog(GraphState.of(world.graph), "run", keep=keep)
     world.sinks.append(log)
     for count, step in enumerate(steps):
         world.take(step)
@@ -49,17 +49,17 @@ def test_what_is_read_back_is_a_naive_copy(
         assert held(state) == naive(changes, state.revision)
     state = log.as_of()
     assert held(state) == held(world.graph)
-    again = State("R2", WIDE)
+    again = GraphState("R2", WIDE)
     for change in log.all_changes():
         again.apply(change)
     assert held(again) == held(state)
     if not before and changes:
         check_stamps(state, changes)
-        recorded = ChangeLog(State("R2", WIDE), "run", changes)
+        recorded = ChangeLog(GraphState("R2", WIDE), "run", changes)
         assert to_json_text(recorded.as_of()) == to_json_text(state)
 
 
-def check_stamps(state: State, changes: list[KnowledgeChanged]) -> None:
+def check_stamps(state: GraphState, changes: list[KnowledgeChanged]) -> None:
     """That stamps are those of the newest change."""
     about = [c for c in changes if c.what in ("node added", "attribute")]
     for node in state.nodes():
@@ -89,7 +89,7 @@ def test_the_past_of_a_run_that_goes_on() -> None:
 
 
 def test_threads_may_ask_while_others_write() -> None:
-    log, sink = ChangeLog(State("R2"), keep=50), ListSink()
+    log, sink = ChangeLog(GraphState("R2"), keep=50), ListSink()
     graph = KnowledgeGraph(WallClock(), Fanout(sink, log), "R2")
     graph.add("box", "object", radius=0.0)
 

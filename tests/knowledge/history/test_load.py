@@ -6,7 +6,7 @@ from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ListSink, NullSink
 from rocs_bt.knowledge import Knowledge, KnowledgeGraph
-from rocs_bt.knowledge.history import State, load_into, persistent_part
+from rocs_bt.knowledge.history import GraphState, load_into, persistent_part
 
 
 def graph_of() -> KnowledgeGraph:
@@ -15,7 +15,7 @@ def graph_of() -> KnowledgeGraph:
     return graph
 
 
-def earlier() -> State:
+def earlier() -> GraphState:
     graph = graph_of()
     graph.add("sonar", "sensor", driver="range_cone")
     graph.relate("R2", "has_sensor", "sonar")
@@ -29,7 +29,7 @@ def earlier() -> State:
     graph.add("origin", "goal", pose=Pose2(0.0, 0.0))
     graph.relate("R2", "pursues", "origin")
     graph.relate("shelf", "near", "dock", distance=0.7)
-    return State.of(graph)
+    return GraphState.of(graph)
 
 
 def test_what_lasts_comes_back_and_what_belongs_to_a_run_does_not() -> None:
@@ -63,7 +63,7 @@ def test_what_came_of_strategies_is_remembered() -> None:
     knowledge.strategy.begin("detour", "the run's end cuts it off")
     later = Knowledge("R2", SimulatedClock(0.05), NullSink())
     later.strategy.add("detour")
-    assert not load_into(later.graph, persistent_part(State.of(knowledge.graph))).refused
+    assert not load_into(later.graph, persistent_part(GraphState.of(knowledge.graph))).refused
     assert later.strategy.uses() == knowledge.strategy.uses() != []
     assert later.graph.nodes("use") == [use], "or it would be in force for ever"
 

@@ -11,7 +11,7 @@ from ....base.errors import Fault, InputError
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ...value import Enums, from_string, to_string
-from ..family import Control, halt
+from ..base_classes import Control, halt
 from ..port import port_of
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, cast
 from py_trees.composites import Sequence as StockSequence
 
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Control, counted_text, halt
+from ..base_classes import Control, counted_text, halt
 from ..port import InOut
 
 

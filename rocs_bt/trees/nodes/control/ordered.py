@@ -17,7 +17,7 @@ from py_trees.composites import Selector as StockSelector
 from py_trees.composites import Sequence as StockSequence
 
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Control, halt
+from ..base_classes import Control, halt
 
 
 class Ordered(Control):

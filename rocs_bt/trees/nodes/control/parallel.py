@@ -14,7 +14,7 @@ from ....base.errors import Fault
 from ...board import Board
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Control
+from ..base_classes import Control
 from ..runtime import Runtime
 
 
