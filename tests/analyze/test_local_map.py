@@ -7,7 +7,7 @@ import pytest
 
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.base.geometry import Pose2, Twist2, along_arc
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc, wrap_angle
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.locomotion_kinds import make_locomotion
@@ -81,6 +81,20 @@ def test_from_wherever_it_looks_the_wall_stands_in_the_same_place(pose):
     assert points[:, 0] == pytest.approx(np.full(len(points), WALL), abs=1e-6)
 
 
+@pytest.mark.parametrize("pose", [Pose2(0.048, -0.047, 0.3), Pose2(0.052, 0.046, 2.5), Pose2(-0.04, 0.049, -1.6)])
+def test_cells_are_free_exactly_up_to_where_the_beams_end(pose):
+    bench, reach = Bench(), 1.0
+    cell = bench.knowledge.world.occupancy.cell
+    bench.look(scan=[reach] * BEAMS, pose=list(pose))
+    eye = pose.compose(Pose2(AHEAD, 0.0))
+    centres = (np.arange(-round(1.5 / cell), round(1.5 / cell)) + 0.5) * cell
+    for x, y in ((x, y) for x in centres for y in centres):
+        away, bearing = math.hypot(x - eye.x, y - eye.y), wrap_angle(math.atan2(y - eye.y, x - eye.x) - eye.yaw)
+        if away > 0.5 and abs(bearing) < 0.5 * FIELD - 0.1 and abs(away - reach + 0.5 * cell) > 0.006:
+            assert (bench.state(x, y) == UNKNOWN) <= (away > reach - 0.5 * cell), (x, y)
+            assert (bench.state(x, y) == FREE) <= (away < reach - 0.5 * cell), (x, y)
+
+
 def test_a_change_is_told_when_something_new_stands_somewhere_and_only_then():
     bench = Bench()
     bench.look()
@@ -147,6 +161,18 @@ def test_late_readings_change_no_contact_time(late, speed, turn):
     fresh, found = Bench().look(here, speed, turn), Bench().look(before, speed, turn, late)
     assert found == pytest.approx(fresh, abs=0.051)
     assert 0.3 < found < 1.2
+
+
+@pytest.mark.parametrize("turn", [-0.8, -1.2])
+def test_contact_is_told_of_what_stands_beside_the_way_of_a_turn(turn):
+    here, twist = Pose2(WALL - 0.75, 0.0, 0.5 * math.pi), Twist2(1.0, turn)
+    times = np.arange(0.0, 1.5, 0.01)
+    corners = [(x, y) for x in (-0.25, 0.25) for y in (-0.2, 0.2)]
+    on_the_way = [here.compose(along_arc(ORIGIN, twist, t)) for t in times]
+    touches = next(
+        t for t, at in zip(times, on_the_way, strict=True) if max(at.transform(*c)[0] for c in corners) > WALL
+    )
+    assert Bench().look(here, 1.0, turn) == pytest.approx(touches, abs=0.08)
 
 
 def test_contact_comes_sooner_where_a_turn_skids_towards_it():

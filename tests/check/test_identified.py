@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -93,6 +94,17 @@ def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: 
         size = worse(wheels.effective_wheel_separation, 0.6, 1.6)
         wheels = WheelFigures(effective_wheel_separation=size, icr_offset=float(random.uniform(-0.2, 0.2)))
     return replaced(measured, **axes, wheels=wheels, model=model_hash(robot))
+
+
+@pytest.mark.parametrize("base", ["pioneer_p3dx", "jackal", "quadrotor"])
+def test_a_stop_distance_without_a_braking_model_is_compared_from_the_maximum_speed(base: str) -> None:
+    robot, measured = Catalog().load_robot(base), read_identified(SHIPPED / base / "identified.toml")
+    axis, top = measured.axes["vx"], robot.locomotion.axis_limits("vx").max_speed
+    longer = replaced(axis, latency=None, deceleration=None, max_speed=1.5 * top, stop_distance=6.0)
+    (told,) = [each.message for each in differences(robot, replaced(measured, vx=longer)) if "too late" in each.message]
+    needed = float(re.search(r"needs ([\d.]+) m", told)[1])
+    latest = 0.1 * top  # of a reading of the wheels, at most
+    assert 6.0 / 1.5**2 < needed < 6.0 / 1.5**2 + latest
 
 
 @pytest.mark.parametrize("base", [file.parent.name for file in sorted(SHIPPED.glob("*/identified.toml"))])
