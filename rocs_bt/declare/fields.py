@@ -271,7 +271,8 @@ def own_annotations(cls: type) -> dict[str, Any]:
     """
     hints = inspect.get_annotations(cls)
     for name, value in vars(cls).items():
-        if name[0].islower() and name not in hints and _is_type(value) and not _is_inherited(cls, name):
+        is_meant = name[0].islower() and name not in hints and _is_type(value) and not _is_inherited(cls, name)
+        if is_meant and definition_of(cls) is not None:  # no class of an installed package
             message = f"'{name}' of '{cls.__name__}' is set to a type, which declares nothing."
             hint = f"Write '{name}: ...', with a colon, to declare a value; or '_{name} = ...' for another attribute."
             raise class_error(cls, message, hint)

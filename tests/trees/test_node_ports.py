@@ -105,6 +105,12 @@ class TestPorts:
         with pytest.raises(InputError, match=f"Write '{taken}_', which is the port '{taken}' in files"):
             type("Bad", (Leaf,), {"__annotations__": {taken: str}})
 
+    @pytest.mark.parametrize("member", [lambda self: 2, property(lambda self: 2)])
+    def test_a_port_cannot_hide_a_method_of_its_base(self, member):
+        base = type("Base", (Instant,), {"look": member})
+        with pytest.raises(InputError, match=r"More cannot have a port in 'look', which its base has\. Write 'look_'"):
+            type("More", (base,), {"__annotations__": {"look": int}})
+
     def test_one_key_cannot_have_two_types(self):
         class Other(Greet):
             level: float

@@ -128,9 +128,12 @@ class Node(Behaviour):
         cls.tag = cls.__dict__.get("tag", "") or cls.__name__
         own = declared_ports(cls)
         for attribute, of in own.items():
-            if attribute in NODE_ATTRIBUTES or hasattr(Node, attribute):
+            of_all = attribute in NODE_ATTRIBUTES or hasattr(Node, attribute)
+            inherited = getattr(super(cls, cls), attribute, None)
+            if of_all or callable(inherited) or isinstance(inherited, property):
+                owner = "every node" if of_all else "its base"
                 hint = f"Write '{attribute}_', which is the port '{attribute}' in files."
-                message = f"{cls.__name__} cannot have a port in '{attribute}', which every node has."
+                message = f"{cls.__name__} cannot have a port in '{attribute}', which {owner} has."
                 raise TreeError(Fault(message, hint=hint))
             setattr(cls, attribute, of)
         cls._own = own
