@@ -91,9 +91,9 @@ def describe(error: BaseException) -> str:
 def _hint(error: BaseException) -> str:
     """Remedy for an unknown attribute of a method or of an object or module of rocs_bt; else empty."""
     if isinstance(error, ImportError) and (name := _UNKNOWN.match(str(error))) and error.name in sys.modules:
-        module = sys.modules[error.name]
-        advice = vars(module).get("ADVICE", {}).get(name[1])
-        return f". {advice or did_you_mean(name[1], getattr(module, '__all__', ()), error.name)}"
+        members = vars(sys.modules[error.name])
+        known = members.get("__all__") or [each for each in members if not each.startswith("_")]
+        return f". {members.get('ADVICE', {}).get(name[1]) or did_you_mean(name[1], known, error.name)}"
     if not isinstance(error, AttributeError) or not error.name:
         return ""
     if inspect.isroutine(error.obj):

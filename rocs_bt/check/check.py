@@ -29,7 +29,7 @@ from ..catalog import (
     make_entry,
     mission_values,
 )
-from ..declare import read_root
+from ..declare import Declared, fields_of, read_root
 from ..expression import one_for_each_signal
 from ..knowledge import SCHEMA, load_schema
 from ..reactive import tested_file
@@ -333,14 +333,21 @@ def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     yield from blocking_faults(read_text(entry.path), entry.path)
 
 
-def check_route(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check that a Python file has one route planner; with `--no-code` only that it is Python."""
+def _check_loaded(load: Callable[[Catalog, Entry], object], entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """Check that the classes of a Python file load; with `--no-code` only that it is Python."""
     yield from check_python(entry, catalog)
     if catalog.code:
         try:
-            catalog.load_route(str(entry.path))
+            load(catalog, entry)
         except InputError as error:
             yield from error.faults
+
+
+def _load_family(catalog: Catalog, entry: Entry) -> None:
+    module = catalog.load_python(entry)
+    for cls in vars(module).values():
+        if isinstance(cls, type) and issubclass(cls, Declared) and cls.__module__ == module.__name__:
+            fields_of(cls)
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -406,8 +413,8 @@ _CHECKERS: Mapping[str, Checker] = {
     "scenario": check_scenario_file,
     "world": check_world,
     "schema": check_schema_file,
-    "route": check_route,
-    "node": check_python,
-    "family": check_python,
+    "route": partial(_check_loaded, lambda catalog, entry: catalog.load_route(str(entry.path))),
+    "node": partial(_check_loaded, lambda catalog, entry: catalog.load_nodes(classes_in(entry.path))),
+    "family": partial(_check_loaded, _load_family),
     "planner": check_planner_file,
 }

@@ -62,6 +62,9 @@ def refuse_constructor(cls: type, positional: Sequence[str] = (), base: Any = ob
     if dataclasses.is_dataclass(cls):
         if positional:
             raise class_error(cls, f"'{cls.__name__}' is a dataclass.", f"Remove the decorator, and write {form}.")
+        if lost := own_annotations(cls).keys() - {each.name for each in dataclasses.fields(cls)}:
+            message = f"'{cls.__name__}' extends a dataclass, and declares {', '.join(sorted(lost))} without being one."
+            raise class_error(cls, message, "Write @dataclass above it.")
         return
     construct: Any = cls.__init__  # type: ignore[misc]  # of the class itself
     parameters = [*inspect.signature(construct).parameters.values()][1:]
