@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import importlib
 import re
 import subprocess
 import sys
+import textwrap
+import types
 from pathlib import Path
 
 import grimp
@@ -200,6 +203,37 @@ def test_what_catches_everything_or_silences_a_check_says_why():
 @functools.cache
 def _tree(path):
     return ast.parse(path.read_text("utf-8"))
+
+
+def _programs(path):
+    """Programs of Python in the texts of a file, such as those that tests run in a process of its own."""
+    for node in ast.walk(_tree(path)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and "rocs_bt" in node.value:
+            with contextlib.suppress(SyntaxError):
+                yield ast.parse(textwrap.dedent(node.value))
+
+
+def _missing(program):
+    """Names of rocs_bt that a program imports or replaces, and that do not exist."""
+    found = {}
+    for node in ast.walk(program):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "rocs_bt":
+            module = importlib.import_module(node.module)
+            for alias in node.names:
+                if not hasattr(module, alias.name) and hasattr(module, "__path__"):
+                    with contextlib.suppress(ModuleNotFoundError):
+                        importlib.import_module(f"{node.module}.{alias.name}")
+                found[alias.asname or alias.name] = getattr(module, alias.name, None)
+                if not hasattr(module, alias.name):
+                    yield f"{node.module}.{alias.name}"
+        elif isinstance(node, ast.Assign) and isinstance(target := node.targets[0], ast.Attribute):
+            owner = found.get(ast.unparse(target.value))
+            if isinstance(owner, types.ModuleType) and not hasattr(owner, target.attr):
+                yield ast.unparse(target)
+
+
+def test_programs_in_texts_of_tests_use_names_that_exist():
+    assert [f"{path}: {name}" for path in TESTS for program in _programs(path) for name in _missing(program)] == []
 
 
 def test_no_function_is_too_long():

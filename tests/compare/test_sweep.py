@@ -365,11 +365,11 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from rocs_bt.catalog import Catalog
-from rocs_bt.compare import Store, SweepOptions, sweep
+from rocs_bt.compare import EpisodeStore, SweepOptions, sweep
 
 if __name__ == "__main__":
     project, store, seeds, planners = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4].split(",")
-    with Store(store) as kept:
+    with EpisodeStore(store) as kept:
         options = SweepOptions(workers=2)
         found = sweep(planners, ["short"], range(1, seeds + 1), catalog=Catalog(project), store=kept, options=options)
         print(found.played)
