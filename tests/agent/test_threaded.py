@@ -14,9 +14,10 @@ from py_trees.composites import Parallel
 from rocs_bt.agent import ThreadedRunner
 from rocs_bt.agent.worker import FAST_SWITCHING, FastSwitching, Step, Ticker, Worker
 from rocs_bt.base.clock import SimulatedClock, WallClock
-from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, TicketChanged
+from rocs_bt.event import ActuatorCommanded, BlockFailed, Change, ListSink, RuleChanged, TicketChanged
 from rocs_bt.plan import Plan
 from rocs_bt.running import SinkThread
+from rocs_bt.testing.mock_agent import mock_rates
 
 from ..waiting import until
 
@@ -178,6 +179,21 @@ def test_a_plan_that_never_reads_its_changes_does_not_spin(make_agent):
         agent.plan.replan("a test")
         until(lambda: clock.now() > 1.0)
         assert agent.plan.turns <= clock.now() / 0.05 + 2
+
+
+def test_a_plan_runs_at_its_own_rate_and_when_it_is_called(make_agent):
+    class Counted(Plan):
+        turns = 0
+
+        def run(self, t):
+            self.changes()
+            self.turns += 1
+
+    clock, agent, _, sink, _ = started(make_agent, lambda m: Counted("counted", **m.parts), rates=mock_rates(plan=2.0))
+    with ThreadedRunner(agent, clock):
+        until(lambda: clock.now() > 2.0)
+        calls = len(of(sink, Change))
+        assert agent.plan.turns <= 2.0 * clock.now() + 1 + calls
 
 
 def test_after_a_failure_threads_rest(make_agent):
