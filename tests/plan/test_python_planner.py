@@ -68,3 +68,11 @@ def test_a_constructor_with_parameters_is_refused_with_advice(tmp_path):
     spec = catalog.load_planner("mine").drives(catalog.load_scenario("exp1"), "R2")
     with pytest.raises(InputError, match="the constructor of 'Mine' needs speed"):
         run(spec, catalog, duration=1.0)
+
+
+def test_a_planner_outside_of_planners_has_its_class_beside_it(tmp_path):
+    file, elsewhere = planner(tmp_path, PLAIN), tmp_path / "drafts"
+    file.parent.rename(elsewhere)
+    catalog = Catalog(tmp_path)
+    spec = catalog.load_planner(str(elsewhere / file.name)).drives(catalog.load_scenario("exp1"), "R2")
+    assert run(spec, catalog, duration=1.0).summary.agents["R2"].path_length == pytest.approx(0.1, rel=0.25)

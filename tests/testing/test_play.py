@@ -41,11 +41,11 @@ class TestLetters:
             run("<Gadget/>", leaves={"Gadget": letters})
 
     def test_output_ports_are_written_on_success(self):
-        trace = run(
-            '<Sequence><ComputeRoute goal="g" planner="visibility" path="{way}"/></Sequence>',
-            leaves={"ComputeRoute": ScriptedOutcomes("RS", path=[(0.0, 0.0), (1.0, 0.0)])},
-        )
-        assert trace.board["way"] == [(0.0, 0.0), (1.0, 0.0)]
+        body = '<Sequence><ComputeRoute goal="g" planner="visibility" path="{way}"/></Sequence>'
+        for letters, written in (("RS", True), ("R", False), ("F", False)):
+            leaves = {"ComputeRoute": ScriptedOutcomes(letters, path=[(0.0, 0.0), (1.0, 0.0)])}
+            board = run(body, leaves=leaves, ticks=3).board
+            assert ("way" in board and board["way"] == [(0.0, 0.0), (1.0, 0.0)]) == written
         with pytest.raises(InputError, match="cannot write 'pth'"):
             run('<ComputeRoute goal="g" planner="visibility"/>', leaves={"ComputeRoute": ScriptedOutcomes("S", pth=1)})
 
