@@ -408,7 +408,7 @@ def fields_of(cls: type[Declared]) -> tuple[Field, ...]:
     if any(isinstance(getattr(cls, name, None), types.MemberDescriptorType) for name in cls._names):
         raise class_error(cls, f"'{cls.__name__}' has slots for its values.", "Remove __slots__.")
     hints = typing.get_type_hints(cls, include_extras=True)
-    owners = {name: base for base in reversed(cls.__mro__) for name in vars(base).get("__annotations__", ())}
+    owners = {name: base for base in reversed(cls.__mro__) for name in inspect.get_annotations(base)}
     defaults = cls._defaults
     cls._fields = tuple(Field.annotated(n, hints[n], defaults.get(n, MISSING), owners[n]) for n in cls._names)
     return cls._fields
