@@ -24,7 +24,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.share.network import LocalNetwork
 from rocs_bt.share.replica import Replica
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Sharing
 
 PEERS = size((2, 5, 20), (2,))
@@ -88,7 +88,7 @@ def _peer(name: str, network: LocalNetwork | None) -> tuple[Knowledge, Sharing |
 def _sharing(knowledge: Knowledge, network: object) -> Sharing:
     return Sharing(
         knowledge,
-        Scope(knowledge.graph.schema),
+        SharingScope(knowledge.graph.schema),
         network,
         origin=f"{knowledge.agent}#{os.urandom(8).hex()}",
         calendar=time.time,

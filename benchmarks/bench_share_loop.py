@@ -26,7 +26,7 @@ from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.share.replica import Entry
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Sharing
 from rocs_bt.share.wire import Delta, Request, TextMessage, encode
 from rocs_bt.share.zenoh_network import ZenohNetwork
@@ -117,7 +117,7 @@ def _reflex() -> Iterator[Row]:
 
 def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
     def join(knowledge: Knowledge) -> Sharing:
-        scope, origin = Scope(knowledge.graph.schema), f"{knowledge.agent}#{os.urandom(8).hex()}"
+        scope, origin = SharingScope(knowledge.graph.schema), f"{knowledge.agent}#{os.urandom(8).hex()}"
         network = ZenohNetwork(listen)
         found.append(Sharing(knowledge, scope, network, origin=origin, calendar=time.time))
         return found[0]

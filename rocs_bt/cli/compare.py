@@ -28,7 +28,7 @@ from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
     from ..compare import Comparison
-    from ..compare.cold import Loss, Walk
+    from ..compare.cold import Loss, StrengthWalk
     from ..compare.episode import SceneRef
     from ..compare.metric import Metric
     from ..compare.record import EpisodeRecord
@@ -200,7 +200,7 @@ def _write(
     metrics: Sequence[str],
     catalog: Catalog,
     losses: Sequence[Loss],
-    walks: Sequence[Walk],
+    walks: Sequence[StrengthWalk],
 ) -> None:
     """Write the HTML report and the Markdown tables, if requested."""
     from ..compare.report import markdown, sceneries, write_comparison

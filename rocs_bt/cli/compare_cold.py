@@ -13,7 +13,7 @@ from .terminal import echo, show_table
 
 if TYPE_CHECKING:
     from ..compare import Comparison, EpisodeStore, SweepOptions
-    from ..compare.cold import Loss, Walk
+    from ..compare.cold import Loss, StrengthWalk
     from ..compare.episode import SceneRef
     from ..compare.record import EpisodeRecord
 
@@ -47,7 +47,7 @@ class ColdPlan:
         store: EpisodeStore,
         executor: Executor | None,
         options: SweepOptions,
-    ) -> list[Walk]:
+    ) -> list[StrengthWalk]:
         """Walk each perturbation outward."""
         from ..compare.cold import walk_outward
         from ..compare.run_sweep import episodes_of, play_episodes
@@ -62,7 +62,7 @@ class ColdPlan:
             for perturbation in found
         ]
 
-    def as_dict(self, losses: Sequence[Loss], walks: Sequence[Walk]) -> dict[str, Any]:
+    def as_dict(self, losses: Sequence[Loss], walks: Sequence[StrengthWalk]) -> dict[str, Any]:
         """Results as a dict for JSON."""
         plain = {"cold": [loss.as_dict() for loss in losses], "skipped": list(self.skipped)}
         return {**plain, **({"outward": [walk.as_dict() for walk in walks]} if walks else {})}
@@ -108,7 +108,7 @@ def _perturbation(text: str, known: Mapping[str, Perturbation]) -> Perturbation:
     return parse_perturbation(text, known)
 
 
-def print_cold(losses: Sequence[Loss], walks: Sequence[Walk]) -> None:
+def print_cold(losses: Sequence[Loss], walks: Sequence[StrengthWalk]) -> None:
     """Print the table of losses and the walks outward, if there are any."""
     from rich.box import SIMPLE
 

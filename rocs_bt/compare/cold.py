@@ -43,7 +43,7 @@ class Loss:
 
 
 @dataclass(frozen=True)
-class Walk:
+class StrengthWalk:
     """Walk of a perturbation outward, to the first strength at which the planner breaks.
 
     A planner breaks where its success share is below half of that without the perturbation.
@@ -148,11 +148,11 @@ def walk_outward(
     perturbation: Perturbation,
     warm: float,
     play: Callable[[PlannerSpec], Iterable[EpisodeRecord]],
-) -> Walk:
+) -> StrengthWalk:
     """Play a planner at ever harder strengths of a perturbation until it breaks."""
     shares, each, end = list[tuple[Perturbation, float]](), perturbation, f"the last of {STEPS} strengths"
     if warm <= 0.0:
-        return Walk(planner.name, perturbation, (), None, "it never succeeds without the perturbation")
+        return StrengthWalk(planner.name, perturbation, (), None, "it never succeeds without the perturbation")
     for _ in range(STEPS):
         try:
             share = float(np.mean([record.success for record in play(planner.under(each))]))
@@ -161,6 +161,6 @@ def walk_outward(
             break
         shares.append((each, share))
         if share < 0.5 * warm:
-            return Walk(planner.name, perturbation, tuple(shares), each)
+            return StrengthWalk(planner.name, perturbation, tuple(shares), each)
         each = each.next()
-    return Walk(planner.name, perturbation, tuple(shares), None, end)
+    return StrengthWalk(planner.name, perturbation, tuple(shares), None, end)

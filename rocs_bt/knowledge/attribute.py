@@ -21,7 +21,7 @@ class Live:
     """Type of attributes that cannot be written: live view of the signal that the node's attribute `signal` names."""
 
 
-class PoseKeys(Value):
+class PoseAttributeKeys(Value):
     """Keys x, y and yaw of an attribute that is a pose, in a file."""
 
     x: Metres
@@ -109,7 +109,7 @@ class Attribute:
         """Declaration of a value in a file; `check` judges its bounds."""
         many = "list" if self.type is tuple else ""
         hint = float if many else self.type
-        marks = (Keys(PoseKeys),) if hint is Pose2 else (self.dimensions[0], Bounds(infinite=True))
+        marks = (Keys(PoseAttributeKeys),) if hint is Pose2 else (self.dimensions[0], Bounds(infinite=True))
         return Field(name, name, hint, marks, MISSING, many, Value)
 
     def narrows(self, wider: Attribute) -> bool:

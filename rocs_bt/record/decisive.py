@@ -8,7 +8,7 @@ import msgspec
 
 from ..event import ContactBegan, Level, OutcomeDecided
 from .alternation import livelock
-from .moment import Mission
+from .moment import MissionState
 from .samples import stopped
 from .states import TrackKey
 from .tracks import Tracks
@@ -63,7 +63,7 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
             return Decisive(line.t, about)
     if judged.outcome in ("timeout", "failed", "stuck") and (failing := _failing(tracks, agent, t)):
         return failing
-    mission = Mission(tracks, agent, t)
+    mission = MissionState(tracks, agent, t)
     leaf = mission.failed() or max((p for p in mission.nodes if mission.status(p) == "FAILURE"), key=len, default="")
     if leaf and mission.note(leaf):
         return Decisive(mission.since(leaf), TrackKey(agent, "node", leaf))
@@ -89,7 +89,7 @@ def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
     return None
 
 
-def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive | None:
+def _said(tracks: Tracks, mission: MissionState, agent: str, end: float) -> Decisive | None:
     """The last leaf that failed with a message; of several at once the last of the tree."""
     found = None
     for path, node in mission.nodes.items():

@@ -16,7 +16,7 @@ SLACK = 5e-4
 """Tolerance of times given by people, which are rounded [s]."""
 
 
-class Mission:
+class MissionState:
     """Statuses of the nodes of a mission's tree at a time.
 
     Attributes:
@@ -117,7 +117,7 @@ class Moment:
             covered = f"from {start:g} s to {end:g} s"
             raise InputError(Fault(f"the time {t:g} s is outside the run.", hint=f"The run is {covered}."))
         self.tracks, self.t, self.now = tracks, t, t + SLACK
-        self.mission = Mission(tracks, self.agent, self.now)
+        self.mission = MissionState(tracks, self.agent, self.now)
 
     @property
     def info(self) -> AgentInfo:

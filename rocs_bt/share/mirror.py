@@ -13,7 +13,7 @@ from ..knowledge.attribute import plain
 from ..knowledge.knowledge import Knowledge
 from .inbox import Counts
 from .replica import Entry, Key, Plain, Replica
-from .scope import PEER, Scope, agent_of, from_shared
+from .scope import PEER, SharingScope, agent_of, from_shared
 from .wire import fits
 
 STATE = ("pose", "speed", "turn_rate", "spread", "z")
@@ -38,7 +38,7 @@ class Mirror:
         self,
         knowledge: Knowledge,
         replica: Replica,
-        scope: Scope,
+        scope: SharingScope,
         counts: Counts,
         wake: Callable[[], None] = lambda: None,
     ) -> None:

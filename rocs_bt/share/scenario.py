@@ -19,7 +19,7 @@ from ..knowledge import Knowledge, Schema
 from ..simulation.random_streams import NETWORK, stream
 from .keys import MemberKeys
 from .network import Impairments, LocalNetwork, Network, SimulatedNetwork
-from .scope import Scope
+from .scope import SharingScope
 from .sharing import Ageing, Sharing
 from .zenoh_network import ZenohNetwork, check_address
 
@@ -83,7 +83,7 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
 
     def join(knowledge: Knowledge) -> Sharing:
         with located_at(scenario.file, location_of(spec).line):
-            scope = Scope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
+            scope = SharingScope(knowledge.graph.schema, spec.kinds, spec.relations, spec.private)
         return Sharing(
             knowledge,
             scope,
@@ -101,7 +101,7 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
 def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
     """Faults in a scenario's `[share]` table with respect to the schema and the network."""
     spec, faults = scenario.tables["share"], list[Fault]()
-    checks: list[Callable[[], object]] = [lambda: Scope(schema, spec.kinds, spec.relations, spec.private)]
+    checks: list[Callable[[], object]] = [lambda: SharingScope(schema, spec.kinds, spec.relations, spec.private)]
     addresses = [spec.listen, *spec.peers] if spec.listen else []
     checks += [partial(check_address, address, private=spec.keys is not None) for address in addresses]
     for check in checks:

@@ -26,7 +26,7 @@ ORIGIN_LIMIT = 256
 _OWN = ("part", "monitor", "analyze", "rule_set", "message")
 
 
-class Scope:
+class SharingScope:
     """Kinds and relations that are shared.
 
     By default, all kinds are shared except a robot's own parts, blocks, rules and messages; their nodes have the same

@@ -22,7 +22,7 @@ from .mirror import Mirror
 from .network import Network
 from .presence import BEAT_PERIOD, Presence
 from .replica import Entry, Key, Plain, Replica
-from .scope import PEER, Scope, agent_of, is_origin
+from .scope import PEER, SharingScope, agent_of, is_origin
 from .wire import Ack, Delta, Heartbeat, Leave, Message, Request, TextAck, TextMessage, encode, parts
 
 TURN_IN = 2000
@@ -86,7 +86,7 @@ class Sharing:
     def __init__(
         self,
         knowledge: Knowledge,
-        scope: Scope,
+        scope: SharingScope,
         network: Network,
         *,
         origin: str,

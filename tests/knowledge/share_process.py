@@ -17,7 +17,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.share.keys import MemberKeys
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Sharing
 from rocs_bt.share.zenoh_network import ZenohNetwork
 
@@ -29,7 +29,7 @@ def main(name: str, listen: str, keys_folder: str, error: str, *peers: str) -> N
     knowledge.signals.freeze()
     sharing = Sharing(
         knowledge,
-        Scope(knowledge.graph.schema),
+        SharingScope(knowledge.graph.schema),
         ZenohNetwork(listen, peers, keys=keys),
         origin=f"{name}#{os.urandom(8).hex()}",
         calendar=lambda: time.time() + float(error),

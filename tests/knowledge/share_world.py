@@ -16,7 +16,7 @@ from rocs_bt.event import ListSink
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
 from rocs_bt.share.network import Impairments, SimulatedNetwork
 from rocs_bt.share.replica import Entry
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Ageing, Sharing
 from rocs_bt.share.wire import Delta
 
@@ -61,7 +61,7 @@ class Peers:
             knowledge.signals.freeze()
             self.sharing[name] = sharing = Sharing(
                 knowledge,
-                Scope(self.schema, **self.scope[name]),
+                SharingScope(self.schema, **self.scope[name]),
                 self.network,
                 origin=f"{name}#{self.starts[name]}",
                 calendar=lambda name=name: self.clock.now() + 1e4 + self.error[name],
@@ -111,7 +111,7 @@ class Peers:
         sharing.replica.write = noted
 
 
-def picture(knowledge: Knowledge, scope: Scope) -> Mapping[str, Any]:
+def picture(knowledge: Knowledge, scope: SharingScope) -> Mapping[str, Any]:
     """What an agent's graph says of all that is shared, as plain data; the robot itself as the peer that it is."""
     graph, found = knowledge.graph, {}
     for node in graph.nodes():

@@ -16,7 +16,7 @@ from rocs_bt.knowledge import SCHEMA
 from rocs_bt.share import inbox, replica, sharing
 from rocs_bt.share.inbox import Counts
 from rocs_bt.share.replica import STAMP_LIMIT, Entry
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Ageing
 from rocs_bt.share.wire import FRAME_LIMIT, Ack, Heartbeat, TextMessage, encode, parts
 
@@ -317,7 +317,7 @@ class TestMemory:
         assert peers.sharing["R0"].acknowledged <= peers.sharing["R0"].written
 
 
-_SCOPE = Scope(SCHEMA, kinds=["all"])
+_SCOPE = SharingScope(SCHEMA, kinds=["all"])
 _KEYS = [
     *((kind, name) for kind in sorted(_SCOPE.kinds) for name in sorted(SCHEMA.kinds[kind].attributes)),
 ]

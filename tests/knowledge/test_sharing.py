@@ -11,7 +11,7 @@ from rocs_bt.interfaces.message import MessageQueue
 from rocs_bt.knowledge import SCHEMA, Attribute, NodeKind
 from rocs_bt.knowledge.history import GraphState, load_into, persistent_part
 from rocs_bt.share.network import Impairments
-from rocs_bt.share.scope import Scope
+from rocs_bt.share.scope import SharingScope
 from rocs_bt.share.sharing import Ageing
 
 from . import share_world as world
@@ -97,9 +97,9 @@ class TestWhatIsShared:
 
     def test_unknown_kinds_are_refused_with_a_list(self):
         with pytest.raises(InputError, match=r"no kind is named 'objct'\. Did you mean 'object'"):
-            Scope(SCHEMA, ["objct"])
+            SharingScope(SCHEMA, ["objct"])
         with pytest.raises(InputError, match="no relation is named 'nearr'"):
-            Scope(SCHEMA, relations=["nearr"])
+            SharingScope(SCHEMA, relations=["nearr"])
 
     def test_a_projects_own_kinds_are_shared_too(self):
         schema = SCHEMA.extended([NodeKind("charger", {"power": Attribute(float)}, extends="place")])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...base.words import counted
-from ..cold import Loss, Walk
+from ..cold import Loss, StrengthWalk
 from ..comparison import Comparison
 from ..metric import metric
 from ..replay import replay_command
@@ -29,7 +29,7 @@ def markdown(
     metrics: Sequence[str],
     verdicts: Sequence[Verdict],
     losses: Sequence[Loss] = (),
-    walks: Sequence[Walk] = (),
+    walks: Sequence[StrengthWalk] = (),
 ) -> str:
     """Comparison as Markdown: leaderboard, verdicts, losses by perturbations and the first failures.
 

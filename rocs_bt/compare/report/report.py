@@ -17,7 +17,7 @@ from ...base.files import write_whole
 from ...base.words import counted
 from ...record import RunHeader
 from ...record.figures.figure import make_canvas, render_canvas
-from ..cold import Loss, Walk
+from ..cold import Loss, StrengthWalk
 from ..comparison import Comparison, Disagreement
 from ..key import computing
 from ..metric import DEFAULT_METRICS, METRICS, SHARES, Metric, metric
@@ -63,7 +63,7 @@ def write_comparison(
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
     losses: Sequence[Loss] = (),
-    walks: Sequence[Walk] = (),
+    walks: Sequence[StrengthWalk] = (),
 ) -> None:
     """Write the report of a comparison.
 
@@ -106,7 +106,7 @@ def render_comparison(
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
     losses: Sequence[Loss] = (),
-    walks: Sequence[Walk] = (),
+    walks: Sequence[StrengthWalk] = (),
     recorded: Callable[..., str] = lambda *episodes: "",
 ) -> str:
     """Report as HTML; see `write_comparison`.
@@ -167,7 +167,7 @@ def exported(
     comparison: Comparison,
     verdicts: Sequence[Verdict],
     losses: Sequence[Loss] = (),
-    walks: Sequence[Walk] = (),
+    walks: Sequence[StrengthWalk] = (),
 ) -> dict[str, Any]:
     """Data that a reader can export from the page: a table with one row per episode, verdicts, and losses if any."""
     names = [name for name in METRICS if any(record.metrics.get(name) is not None for record in comparison.records)]

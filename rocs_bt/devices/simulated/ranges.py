@@ -14,7 +14,7 @@ from ...interfaces.device import Reading
 from .device import SimulatedSensor
 from .pose import Distance, Share
 from .scene import Array
-from .wheels import listed
+from .wheels import name_faults
 
 if TYPE_CHECKING:
     from ...record.header import Beam, Fan
@@ -52,7 +52,7 @@ class RangeCone(SimulatedSensor):
 
     def _check(self) -> Iterator[Wrong]:
         """Faults of the names of sites, and of a range that is none."""
-        yield from listed("sites", "site", self.sites)
+        yield from name_faults("sites", "site", self.sites)
         yield from _span(self.range)
 
     @property

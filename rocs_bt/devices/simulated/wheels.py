@@ -30,7 +30,7 @@ class _Motors(Bound, Value):
 
     def _check(self) -> Iterator[Wrong]:
         """Faults of the names of motors, and of signs that are none."""
-        yield from listed("motors", "motor", self.motors)
+        yield from name_faults("motors", "motor", self.motors)
         if self.signs and (len(self.signs) != self.size or any(sign not in (-1, 1) for sign in self.signs)):
             message = f"signs must be 1 or -1 for each of {self.size} motors, found {list(self.signs)}."
             yield Wrong("signs", message)
@@ -108,7 +108,7 @@ class Velocity(_Motors, SimulatedActuator):
         self.world.drive(self.handle, [0.0] * self.size)
 
 
-def listed(key: str, what: str, names: tuple[str, ...]) -> Iterator[Wrong]:
+def name_faults(key: str, what: str, names: tuple[str, ...]) -> Iterator[Wrong]:
     """Faults of names of elements of the model, of which a device needs at least one."""
     if not names:
         yield Wrong(key, f"{key} must name at least one {what} of the model, found none.")

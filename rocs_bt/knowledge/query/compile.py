@@ -26,14 +26,14 @@ from .names import Names
 from .parameter import HELPERS, Parameter
 from .pattern import AbsentClause, Link, Pattern, Section, read_pattern, sections_of
 from .query import Query, QueryTime
-from .scope import Scope, Slot
+from .scope import ExpressionScope, Slot
 from .steps import Absent, Code, Follow, Joined, Match, Near, Pin, Scan, Step, Test
 
 _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 
 def code_of(source: str) -> Code:
-    """Compile the source code of a slot, which `Scope` writes without any user text, to a function of the `Match`."""
+    """Compile the code of a slot, which `ExpressionScope` writes without text of users, to a function of a `Match`."""
     parts = [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
     names: dict[str, Any] = {"__builtins__": {"float": float}, **HELPERS}
     exec("\n    ".join(["def code(state):", *parts, f"return {source}"]), names)
@@ -107,7 +107,7 @@ class Planner:
         self,
         schema: Schema,
         pattern: Pattern,
-        scope: Scope,
+        scope: ExpressionScope,
         conditions: Sequence[Clause],
         nearest: tuple[int, str] | None,
     ) -> None:
@@ -290,7 +290,7 @@ class _Compiler:
         self._sections = sections_of(text)
         self._pattern = read_pattern(self._sections[""], schema)
         self._names = Names(schema, self._pattern, parameters, signals)
-        self._scope = Scope(text, self._names)
+        self._scope = ExpressionScope(text, self._names)
 
     def query(self) -> Query:
         """Compile the sections of the text to a query."""

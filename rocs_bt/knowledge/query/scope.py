@@ -46,7 +46,7 @@ class Slot:
 
 
 @dataclass
-class Scope:
+class ExpressionScope:
     """Translator of a query's expressions; it collects the slots that they need.
 
     Attributes:
