@@ -10,8 +10,8 @@ from rocs_bt.compare.metric import METRICS
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "compare.md").read_text("utf-8")
 PUBLIC = {
-    "Block", "Building", "Comparison", "Family", "FamilyScene", "Floor", "PeopleFamily", "Post", "ScenarioScene",
-    "Scene", "Store", "SweepOptions", "TaskFamily", "TrafficFamily", "Walk", "goal_scenario", "length_of",
+    "Block", "Building", "Comparison", "EpisodeStore", "Family", "FamilyScene", "Floor", "PeopleFamily", "Post",
+    "ScenarioScene", "Scene", "SweepOptions", "TaskFamily", "TrafficFamily", "Walk", "goal_scenario", "length_of",
     "load_family", "one_of", "position", "quantity", "scenes_of", "shortest_cells", "sweep", "walls_around",
 }  # fmt: skip  # a table
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
