@@ -92,7 +92,7 @@ class Episode:
     """One episode to be played.
 
     Attributes:
-        key: Hash of everything that the result of the episode depends on; see `Keys`.
+        key: Hash of everything that the result of the episode depends on; see `EpisodeKeys`.
         planner: Planner under test.
         scene: Scene to play.
         seed: Random seed of the episode.
