@@ -1,5 +1,6 @@
 """Values and margins of expressions: the kernel against numpy, and temporal operators against their definitions."""
 
+import itertools
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import LENGTH, NONE, SPEED
 from rocs_bt.expression import Environment, Expression, Values, compile_expression, evaluator, parse, reading
+from rocs_bt.reactive.analysis.validity import decided
 
 from .. import needs
 
@@ -345,3 +347,20 @@ def test_environment_of_a_signal_table():
 
     environment = Environment.of(Layout())
     assert compile_expression("max(front) - speed", environment)([0, 0, 1, 0, 0, 2, 3, 4]) == 3
+
+
+DECIDED = [
+    "-c", "abs(c)", "sign(c)", "side(c)", "min(u)", "max(u)", "count(u > 0)", "any(u > 0)", "all(u > 0)", "not c > 0",
+    "c > 0 and u[0] > 0", "c > 0 or u[0] > 0", "c if u[0] > 0 else u[1]", "clip(c, -1, 1)", "c / 2", "c / 0", "sqrt(c)",
+    "c + u[0]", "c - u[0]", "c * u[0]", "c / u[0]", "sum(u)", "mean(u)", "dot(u, [1, 0])", "min_valid(u, 2) - c",
+    "v[0] + v[1]", "v[0] - v[1]", "v[0] * v[1]", "sum(v)", "mean(v)", "dot(v, [1, 0])",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", DECIDED)
+def test_what_valid_signals_decide_is_what_no_valid_signals_make_invalid(text):
+    node = parse(text, Environment.packed([Signal("u", 2), Signal("c"), Signal("v", 2, bounds=(-2.0, 2.0))]))
+    free, bounded = (-math.inf, -1.0, 0.0, math.inf), (-2.0, 0.0, 2.0)
+    compiled = Expression(node)
+    valid = all(compiled(x, 10.0) is not None for x in itertools.product(free, free, free, bounded, bounded))
+    assert decided(node, node.reads()) == valid
