@@ -354,7 +354,7 @@ DECIDED = [
     "c > 0 and u[0] > 0", "c > 0 or u[0] > 0", "c if u[0] > 0 else u[1]", "clip(c, -1, 1)", "c / 2", "c / 0", "sqrt(c)",
     "c + u[0]", "c - u[0]", "c * u[0]", "c / u[0]", "sum(u)", "mean(u)", "dot(u, [1, 0])", "min_valid(u, 2) - c",
     "v[0] + v[1]", "v[0] - v[1]", "v[0] * v[1]", "sum(v)", "mean(v)", "dot(v, [1, 0])",
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize("text", DECIDED)
