@@ -204,8 +204,8 @@ def browser(tmp_path_factory):
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory):
     """A recorded run like EXP1."""
-    from rocs_bt.record.recorder import Recorder
-    from rocs_bt.record.recording import Recording
+    from rocs_bt.record.file.recorder import Recorder
+    from rocs_bt.record.file.recording import Recording
 
     from . import synthetic
 

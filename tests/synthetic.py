@@ -21,8 +21,8 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record.header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
-from rocs_bt.record.summary import Summary
+from rocs_bt.record.file.header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
+from rocs_bt.record.file.summary import Summary
 
 PERIOD = 0.05  # [s]
 ANGLES = [90, 50, 30, 10, -10, -30, -50, -90, -90, -130, -150, -170, 170, 150, 130, 90]

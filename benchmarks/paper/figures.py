@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.record.figures.arena import Arena, draw_hull, draw_world
 from rocs_bt.record.figures.figure import MUTED, OTHER, ROBOTS, ROUTES, Figure
-from rocs_bt.record.header import Beam
-from rocs_bt.record.history import AgentHistory, History
-from rocs_bt.record.track import Span
+from rocs_bt.record.file.header import Beam
+from rocs_bt.record.fold.history import AgentHistory, History
+from rocs_bt.record.fold.track import Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from rocs_bt.base.errors import RecordingError
 from rocs_bt.compare.report.page import inline_svg, render_page
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.figure import Figure
-from rocs_bt.record.history import History
+from rocs_bt.record.fold.history import History
 
 from .figures import Axis, Paths, Scene, Trajectory
 

@@ -56,8 +56,8 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
 def _moment(summary: Summary, folder: Path) -> str:
     """Time to explain, with the agent if it is not the first: the decisive moment of the run."""
     from ..record import Recording
-    from ..record.decisive import DECISIVE_TOPICS, decisive
-    from ..record.tracks import Tracks
+    from ..record.explanation.decisive import DECISIVE_TOPICS, decisive
+    from ..record.fold.tracks import Tracks
 
     t, name = min(summary.sim_time / 2, 5.0), ""
     outcomes = {name: agent.outcome for name, agent in summary.agents.items()}

@@ -4,10 +4,12 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
-from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_differences
+from .explanation.diverge import WORLD_EVENTS, Difference, Divergence, compare, first_differences
+from .explanation.why import Why, explain
+from .explanation.why_not import WhyNot, why_not
 from .figures import write_figures
-from .folder_lock import FolderLock
-from .header import (
+from .file.folder_lock import FolderLock
+from .file.header import (
     AgentInfo,
     Beam,
     BodyInfo,
@@ -20,11 +22,9 @@ from .header import (
     SignalInfo,
     SubtreeSwap,
 )
-from .pages import page_maker, write_report
-from .recorder import Recorder
-from .recording import Recording
-from .samples import TRUTH, environment_of, samples
-from .summary import (
+from .file.recorder import Recorder
+from .file.recording import Recording
+from .file.summary import (
     AgentResult,
     Finding,
     Following,
@@ -35,10 +35,10 @@ from .summary import (
     Summary,
     TrackingError,
 )
-from .tables import event_table, signal_table
-from .tracks import Tracks
-from .why import Why, explain
-from .why_not import WhyNot, why_not
+from .fold.arrays import event_table, signal_table
+from .fold.samples import TRUTH, environment_of, samples
+from .fold.tracks import Tracks
+from .pages import page_maker, write_report
 
 __all__ = [
     "TRUTH",

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from ..base.registered import load
-from .recording import Recording
-from .summary import Summary
+from .file.recording import Recording
+from .file.summary import Summary
 
 
 def page_maker(name: str) -> Any:

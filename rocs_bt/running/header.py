@@ -23,7 +23,7 @@ from ..plan import TreePlan
 from ..reactive import OnInvalid, Rule, RuleSet
 from ..reactive.analysis.prover import Prover
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SensorInfo, SignalInfo, SubtreeSwap
-from ..record.condition import parts_of, unit_of
+from ..record.explanation.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
 from ..simulation.scripts import FREE

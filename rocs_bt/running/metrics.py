@@ -32,9 +32,9 @@ from ..event import (
     TicketChanged,
 )
 from ..record import AgentInfo, AgentResult, Finding, Following, Localisation, RunHeader, SolveTime, TrackingError
-from ..record.alternation import livelock
-from ..record.clue import failed_text
-from ..record.tracks import Tracks
+from ..record.fold.alternation import livelock
+from ..record.fold.clue import failed_text
+from ..record.fold.tracks import Tracks
 
 E = TypeVar("E", bound=Event)
 

@@ -17,8 +17,8 @@ from ..declare import location_of
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
 from ..expression import Environment, Expression, Requirement, parse_requirement, reading
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
-from ..record.samples import SAMPLE_TOPICS, Newest
-from ..record.tracks import Tracks
+from ..record.fold.samples import SAMPLE_TOPICS, Newest
+from ..record.fold.tracks import Tracks
 
 _SLACK = 1e-9  # [s]
 

@@ -25,8 +25,8 @@ from ..expression import Node, Values, reading
 from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rules, lower_rules
 from ..record import AgentInfo, Recording, environment_of, samples
 from ..record.figures.rules import Compared, RuleTrace, spans
-from ..record.samples import modes, stopped
-from ..record.tracks import Tracks
+from ..record.fold.samples import modes, stopped
+from ..record.fold.tracks import Tracks
 
 Series = NDArray[np.float64]
 

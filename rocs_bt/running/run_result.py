@@ -13,7 +13,7 @@ from ..base.errors import Fault, RecordingError
 from ..base.words import counted
 from ..event import Event
 from ..record import AgentResult, Recording, Summary
-from ..record.tables import Table, event_table, signal_table
+from ..record.fold.arrays import Table, event_table, signal_table
 
 _COLUMNS = (
     "agent",

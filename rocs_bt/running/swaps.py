@@ -15,7 +15,7 @@ from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
 from ..event import Event, RunControlled
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
-from ..record.header import SWAP_FORM
+from ..record.file.header import SWAP_FORM
 from ..trees.error import TreeError
 from ..trees.nodes import Node
 from .build_agents import worldless_agents

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..devices.mujoco import MujocoWorld
-from ..record.header import BodyLink, BodyShape
+from ..record.file.header import BodyLink, BodyShape
 from .robot_links import DRAWN_GROUPS, Matrix, RobotLinks, matrix_of
 
 _KINDS = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # types of geoms in MuJoCo

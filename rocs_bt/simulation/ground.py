@@ -6,7 +6,7 @@ import numpy as np
 
 from ..catalog import GroundSpec, ScenarioSpec
 from ..devices.mujoco.terrain import GroundPiece
-from ..record.header import Outline
+from ..record.file.header import Outline
 from .random_streams import GROUND, stream
 
 

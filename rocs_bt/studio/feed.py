@@ -12,10 +12,10 @@ import msgspec
 
 from ..event import Event
 from ..record import RunHeader
-from ..record.comparisons import Comparisons
-from ..record.states import TrackKey, shown_number
-from ..record.track import Curve, Scans, Steps
-from ..record.tracks import Tracks
+from ..record.explanation.comparisons import Comparisons
+from ..record.fold.states import TrackKey, shown_number
+from ..record.fold.track import Curve, Scans, Steps
+from ..record.fold.tracks import Tracks
 from .pack import TIME, Json, Numbers, address, head, items, log_line, opens_at, plain, samples_shown, text
 from .requests import Stream
 

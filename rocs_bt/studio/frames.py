@@ -11,7 +11,8 @@ from typing import IO, TYPE_CHECKING, Any, TypeVar
 import msgspec
 
 from ..event import Event
-from ..record import RunHeader, codec
+from ..record import RunHeader
+from ..record.file import codec
 
 if TYPE_CHECKING:
     from .feed import Feed

@@ -22,7 +22,7 @@ from ..catalog import Catalog
 from ..compare.record import EpisodeRecord
 from ..compare.replay import episode_folder
 from ..compare.store import FILE, EpisodeStore
-from ..record.folder_lock import free_folder, writer_of
+from ..record.file.folder_lock import free_folder, writer_of
 from ..running.run_command import RunCommand
 from . import frames
 from .feed import Feed

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ..record.summary import AgentResult, Finding, Following, Localisation
+from ..record.file.summary import AgentResult, Finding, Following, Localisation
 
 Number = tuple[str, float | str | None, str]
 """Label, value and format of a number; the value is None if it was not measured."""

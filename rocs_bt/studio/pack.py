@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.words import inactive_rule
 from ..event import TicketChanged
 from ..record import RunHeader
-from ..record.decisive import decisive
-from ..record.states import TrackKey, plain_value
-from ..record.track import Curve, Scans, Steps
-from ..record.tracks import Tracks
+from ..record.explanation.decisive import decisive
+from ..record.fold.states import TrackKey, plain_value
+from ..record.fold.track import Curve, Scans, Steps
+from ..record.fold.tracks import Tracks
 
 Json = dict[str, Any]
 Numbers = NDArray[np.float64]

@@ -10,9 +10,9 @@ from ..base.files import write_whole
 from ..event import Level, TreeNode
 from ..knowledge.history import ChangeLog
 from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
-from ..record.comparisons import Comparisons
-from ..record.states import LogLine
-from ..record.tracks import Tracks
+from ..record.explanation.comparisons import Comparisons
+from ..record.fold.states import LogLine
+from ..record.fold.tracks import Tracks
 from .numbers import numbers, requirement
 from .pack import Json, opens_at, pack
 from .page import render_page

@@ -11,7 +11,7 @@ import msgspec
 from ..base.errors import Fault, InputError, RecordingError, unknown
 from ..base.files import is_file, read_bytes
 from ..record import Recording, Summary
-from ..record.folder_lock import writer_of
+from ..record.file.folder_lock import writer_of
 from .feed import Feed
 from .pack import Json
 from .report import KILLED, about_end, missing_of, packed_run

@@ -17,7 +17,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, PathPlanned
 from rocs_bt.interfaces.action import make_action
 from rocs_bt.record import Recording
-from rocs_bt.record.why import explain
+from rocs_bt.record.explanation.why import explain
 
 REPO = Path(__file__).parents[2]
 PERSON = '<body name="{0}" mocap="true" pos="0 0 0.85"><geom name="{0}" type="cylinder" size="0.25 0.85"/></body>'

@@ -11,7 +11,7 @@ from rocs_bt import drive
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording
-from rocs_bt.record.tables import signal_table
+from rocs_bt.record.fold.arrays import signal_table
 from rocs_bt.ros2.devices.parameters import TWIST_STAMPED
 from rocs_bt.ros2.messages.message_types import MESSAGES, ODOMETRY, SCAN, TRANSFORMS, Channel, pose_values
 from rocs_bt.ros2.messages.type_store import TypeStore

@@ -12,7 +12,7 @@ from ruamel.yaml import YAML
 from rocs_bt.event import KnowledgeChanged, RuleChanged, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.record.figures import rules
-from rocs_bt.record.tables import signal_table
+from rocs_bt.record.fold.arrays import signal_table
 
 from . import robots
 from .robots import LATCHES, ForeignBag, cart, foreign_bag, pioneer

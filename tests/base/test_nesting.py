@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from rocs_bt.base.errors import RocsError
 from rocs_bt.knowledge.history import from_json_text
-from rocs_bt.record import codec
+from rocs_bt.record.file import codec
 
 sys.setrecursionlimit(1_000_000)
 try:

@@ -11,8 +11,8 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import SignalsWritten, pack
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.record import AgentInfo, RunHeader
-from rocs_bt.record.header import SignalInfo
-from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.file.header import SignalInfo
+from rocs_bt.record.file.recorder import Recorder
 
 SIGNALS = (SignalInfo(name="charge"), SignalInfo(name="pose", size=3, units=("m", "m", "rad")))
 HEADER = RunHeader(scenario="yard", seed=1, agents=(AgentInfo(name="R2", robot="", mission="", signals=SIGNALS),))

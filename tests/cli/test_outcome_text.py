@@ -7,8 +7,8 @@ import pytest
 
 from rocs_bt.cli.outcome import outcome_text
 from rocs_bt.event import AgentStopped, ContactBegan, RuleChanged
-from rocs_bt.record.header import AgentInfo, RunHeader
-from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.file.header import AgentInfo, RunHeader
+from rocs_bt.record.file.recorder import Recorder
 from tests import synthetic
 
 

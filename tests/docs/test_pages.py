@@ -14,7 +14,8 @@ from rocs_bt.cli.main import group
 from rocs_bt.event import BodyMoved
 from rocs_bt.plan import Mission
 from rocs_bt.plan.context import MissionContext
-from rocs_bt.record import WORLD_EVENTS, codec
+from rocs_bt.record import WORLD_EVENTS
+from rocs_bt.record.file import codec
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

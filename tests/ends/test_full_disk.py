@@ -16,7 +16,8 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.record import Recording, recorder
+from rocs_bt.record import Recording
+from rocs_bt.record.file import recorder
 
 from .. import needs
 

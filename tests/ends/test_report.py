@@ -18,7 +18,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import BlockFailed, ContactBegan, OutcomeDecided
 from rocs_bt.record import Recorder, Recording, RunHeader, Summary
-from rocs_bt.record.header import AgentInfo
+from rocs_bt.record.file.header import AgentInfo
 from rocs_bt.running import summary_of
 from rocs_bt.simulation import OUTCOMES
 

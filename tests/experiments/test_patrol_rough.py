@@ -16,7 +16,7 @@ from rocs_bt.declare import replaced
 from rocs_bt.event import BodyMoved, Event, ListSink, RobotPushed, RuleChanged
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.plot import FIGURES
-from rocs_bt.record.history import History
+from rocs_bt.record.fold.history import History
 
 CATALOG = Catalog()
 SCENARIO = CATALOG.load_scenario("patrol_rough")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from rocs_bt.event import BlackboardChanged, SubtreeSwapped
 from rocs_bt.plan.board_changes import MAX_TEXT, BoardChanges, short_text
-from rocs_bt.record.header import AgentInfo, RunHeader
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.file.header import AgentInfo, RunHeader
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.trees.nodes import BUILTIN, Tree
 from rocs_bt.trees.xml import load_xml
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rocs_bt.event import BodyMoved
-from rocs_bt.record.header import BodyInfo, RunHeader
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.file.header import BodyInfo, RunHeader
+from rocs_bt.record.fold.tracks import Tracks
 
 PERIOD = 0.05
 DOOR = ((-0.5, -0.03), (0.5, -0.03), (0.5, 0.03), (-0.5, 0.03))

@@ -7,10 +7,10 @@ import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, OutcomeDecided, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.record.alternation import ALTERNATING, NEAR, SHARE, livelock
-from rocs_bt.record.header import AgentInfo, RunHeader
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why
+from rocs_bt.record.explanation.why import Why
+from rocs_bt.record.file.header import AgentInfo, RunHeader
+from rocs_bt.record.fold.alternation import ALTERNATING, NEAR, SHARE, livelock
+from rocs_bt.record.fold.tracks import Tracks
 
 HEADER = RunHeader(scenario="x", seed=1, agents=(AgentInfo(name="R", robot="r", mission="m"),))
 NAMES = ("f/A", "f/B", "GoTo", "Wait")

@@ -11,11 +11,11 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, RuleChanged, SensorFailed, SignalsWritten, TicketChanged, pack
 from rocs_bt.record import Recording
-from rocs_bt.record.clue import limit_text
-from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why
-from rocs_bt.record.why_not import Held
+from rocs_bt.record.explanation.why import Why
+from rocs_bt.record.explanation.why_not import Held
+from rocs_bt.record.file.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
+from rocs_bt.record.fold.clue import limit_text
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, break_sensor
 
 HULL = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))

@@ -14,10 +14,10 @@ from rocs_bt.expression import Environment, evaluate, parse
 from rocs_bt.expression.source import source
 from rocs_bt.reactive import RuleModel
 from rocs_bt.record import Recording, RunHeader, environment_of, samples
-from rocs_bt.record.comparisons import Comparisons, Guard
-from rocs_bt.record.condition import Condition
-from rocs_bt.record.states import RuleState
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.comparisons import Comparisons, Guard
+from rocs_bt.record.explanation.condition import Condition
+from rocs_bt.record.fold.states import RuleState
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.running.header import guard_info
 
 from ..reactive.random_rules import ENVIRONMENT, SIZE, random_case

@@ -9,7 +9,7 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.expression import TRUTH, Expression, Kind, Node, parse
-from rocs_bt.record.condition import Condition, parts_of
+from rocs_bt.record.explanation.condition import Condition, parts_of
 
 from ..reactive.random_rules import ENVIRONMENT, SIZE, Writer
 

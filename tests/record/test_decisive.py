@@ -13,8 +13,8 @@ from rocs_bt.event import (
     TreeNode,
 )
 from rocs_bt.record import AgentInfo, RunHeader
-from rocs_bt.record.decisive import decisive
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.decisive import decisive
+from rocs_bt.record.fold.tracks import Tracks
 
 LEAVES = ("root/look", "root/drive", "root/end")
 NODES = (

@@ -16,8 +16,8 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record.diverge import compare, describe, first_differences
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.diverge import compare, describe, first_differences
+from rocs_bt.record.fold.tracks import Tracks
 
 from .. import synthetic
 

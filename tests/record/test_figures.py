@@ -15,10 +15,10 @@ from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMo
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
 from rocs_bt.record.figures.rules import Compared, RuleTrace, draw_rules
-from rocs_bt.record.header import Outline, Place, RunHeader
-from rocs_bt.record.history import History
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
+from rocs_bt.record.file.header import Outline, Place, RunHeader
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.history import History
 
 from .. import synthetic
 

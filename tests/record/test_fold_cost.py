@@ -17,9 +17,9 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record.clue import Clues
-from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.file.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
+from rocs_bt.record.fold.clue import Clues
+from rocs_bt.record.fold.tracks import Tracks
 
 HULL = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))
 GUARD = GuardInfo(rule="f/A", when="min(front) < 1 m", sources=("min(front) < 1 m",))

@@ -10,8 +10,8 @@ from mcap.reader import make_reader
 from rocs_bt.base.geometry import Pose2, Pose3
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, OutcomeDecided, SensorFailed, SensorRead, pack
 from rocs_bt.record import BodyInfo, Outline
-from rocs_bt.record.header import Beam
-from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.file.header import Beam
+from rocs_bt.record.file.recorder import Recorder
 
 from .. import synthetic
 

@@ -12,10 +12,10 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import BodyMoved, Fanout
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import ChangeLog, GraphState
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
 from rocs_bt.record.knowledge import draw, recorded_log
 from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
 
 from .. import synthetic
 

@@ -9,11 +9,11 @@ from mcap.reader import make_reader
 
 from rocs_bt.base.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, SensorRead, SignalsWritten, pack
-from rocs_bt.record.header import AgentInfo, RunHeader, SignalInfo
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.tables import event_table
-from rocs_bt.record.wire import Incoming, Repeat, Signals
+from rocs_bt.record.file.header import AgentInfo, RunHeader, SignalInfo
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.file.wire import Incoming, Repeat, Signals
+from rocs_bt.record.fold.arrays import event_table
 
 WEIRD = (math.nan, -math.nan, math.inf, -math.inf, -0.0, 5e-324, 1e308)
 SIGNALS = (SignalInfo(name="front", size=40), SignalInfo(name="speed"), SignalInfo(name="pose", size=3))

@@ -23,10 +23,10 @@ from mcap.writer import CompressionType
 import rocs_bt.event as ev
 from rocs_bt.base.errors import RecordingError
 from rocs_bt.event import Event, ListSink, SensorRead, TicketChanged, pack
-from rocs_bt.record import codec
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.tables import event_table
+from rocs_bt.record.file import codec
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.arrays import event_table
 
 from .. import synthetic
 
@@ -52,7 +52,7 @@ def run(tmp_path_factory):
 
 def test_a_recording_without_compression_is_read_too(tmp_path, run, monkeypatch):
     """As versions before lz4 wrote them."""
-    monkeypatch.setattr("rocs_bt.record.recorder.CompressionType", SimpleNamespace(LZ4=CompressionType.NONE))
+    monkeypatch.setattr("rocs_bt.record.file.recorder.CompressionType", SimpleNamespace(LZ4=CompressionType.NONE))
     plain = write(tmp_path / "run.mcap", synthetic.events(6.0), synthetic.summary())
     assert plain.stat().st_size > 2 * run.stat().st_size
     old, new = Recording.open(plain), Recording.open(run)
@@ -265,8 +265,8 @@ def test_a_writer_killed_at_any_moment_leaves_all_but_the_last_half_second(tmp_p
         import mmap, os, random, signal, struct, sys, time
         from pathlib import Path
         from rocs_bt.event import SensorRead, pack
-        from rocs_bt.record.header import RunHeader
-        from rocs_bt.record.recorder import Recorder
+        from rocs_bt.record.file.header import RunHeader
+        from rocs_bt.record.file.recorder import Recorder
 
         for k in range(30):
             emitted = mmap.mmap(-1, 8)

@@ -21,8 +21,8 @@ from rocs_bt.event import (
     pack,
 )
 from rocs_bt.record import AgentInfo, Recording, RunHeader, SignalInfo, environment_of, samples
-from rocs_bt.record.samples import Newest, modes, stopped
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.fold.samples import Newest, modes, stopped
+from rocs_bt.record.fold.tracks import Tracks
 
 SIGNALS = (
     SignalInfo.of(Signal("front", 2, (LENGTH,), (0.0, math.inf), max_age=0.15)),

@@ -24,10 +24,10 @@ from rocs_bt.event import (
     pack,
 )
 from rocs_bt.knowledge.history import GraphState
-from rocs_bt.record.header import BodyInfo, Fan, RunHeader
-from rocs_bt.record.states import TrackKey
-from rocs_bt.record.track import Curve, Steps
-from rocs_bt.record.tracks import TOPICS, Tracks
+from rocs_bt.record.file.header import BodyInfo, Fan, RunHeader
+from rocs_bt.record.fold.states import TrackKey
+from rocs_bt.record.fold.track import Curve, Steps
+from rocs_bt.record.fold.tracks import TOPICS, Tracks
 
 from .. import synthetic
 

@@ -4,11 +4,11 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.event import KnowledgeChanged, ListSink, NodeTicked, RuleChanged, SignalsWritten, pack
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why, explain
-from rocs_bt.record.why_text import graph_at
+from rocs_bt.record.explanation.evidence import graph_at
+from rocs_bt.record.explanation.why import Why, explain
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.tracks import Tracks
 
 from .. import synthetic
 

@@ -18,10 +18,10 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record.header import AgentInfo, RunHeader, TreeNode
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.why import explain
+from rocs_bt.record.explanation.why import explain
+from rocs_bt.record.file.header import AgentInfo, RunHeader, TreeNode
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
 
 NODES = (
     TreeNode(path="m", type="Sequence", children=("m/ready", "m/in time", "m/go")),

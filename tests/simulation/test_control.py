@@ -10,8 +10,8 @@ from rocs_bt import replay, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ListSink, RulesReplaced, RunControlled, SubtreeSwapped
 from rocs_bt.record import Recording
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why_not import why_not
+from rocs_bt.record.explanation.why_not import why_not
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.running import RunCommand
 
 FIRST = '<root BTCPP_format="4"><BehaviorTree ID="own"><Sleep name="nap" msec="9000"/></BehaviorTree></root>'

@@ -19,7 +19,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.declare import replaced
 from rocs_bt.record import Recording
-from rocs_bt.record.why import explain
+from rocs_bt.record.explanation.why import explain
 
 from ..isolated import HOLD, MAX_AGE, Robot, driven
 from ..pages import log_of

@@ -10,7 +10,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink, MapChanged, SensorRead
 from rocs_bt.record import Recording
-from rocs_bt.record.why import explain
+from rocs_bt.record.explanation.why import explain
 
 SCENE = """
 format = "scenario/2"

@@ -6,8 +6,8 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ScriptActed
 from rocs_bt.record import Recording
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why
+from rocs_bt.record.explanation.why import Why
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.testing import faults
 
 CATALOG = Catalog()

@@ -12,7 +12,7 @@ from rocs_bt.actions import Flinch
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
-from rocs_bt.record.recording import Recording
+from rocs_bt.record.file.recording import Recording
 
 WALL = 2.475  # [m] the east wall's face, in scenarios/worlds/arena.xml
 LIMP = "0 m/s"  # lets itself be pushed

@@ -10,7 +10,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
-from rocs_bt.record.recording import Recording
+from rocs_bt.record.file.recording import Recording
 
 ROBOTS = [
     "humanoid",

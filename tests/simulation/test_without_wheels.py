@@ -11,8 +11,8 @@ import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BlockFailed, BodyMoved
 from rocs_bt.record import Recording
+from rocs_bt.record.explanation.why import explain
 from rocs_bt.record.figures import write_figures
-from rocs_bt.record.why import explain
 
 from ..pages import log_of
 

@@ -6,9 +6,9 @@ import msgspec
 import pytest
 
 from rocs_bt.event import BodyMoved, KnowledgeChanged, MapChanged, PathPlanned
-from rocs_bt.record.header import BodyLink, BodyShape
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
+from rocs_bt.record.file.header import BodyLink, BodyShape
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
 from rocs_bt.studio.report import write_report
 
 from .. import synthetic

@@ -15,8 +15,8 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.event import OutcomeDecided
-from rocs_bt.record.folder_lock import FolderLock
-from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.file.folder_lock import FolderLock
+from rocs_bt.record.file.recorder import Recorder
 from rocs_bt.studio.feed import Feed
 from rocs_bt.studio.launch import _Child, _unlinked
 from rocs_bt.studio.runs import Runs

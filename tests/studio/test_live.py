@@ -26,9 +26,9 @@ from rocs_bt.event import (
     pack,
 )
 from rocs_bt.record import Recording
-from rocs_bt.record.comparisons import Comparisons
-from rocs_bt.record.header import BodyInfo, Fan
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.comparisons import Comparisons
+from rocs_bt.record.file.header import BodyInfo, Fan
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.studio import frames
 from rocs_bt.studio import live as live_module
 from rocs_bt.studio import pack as packing

@@ -7,11 +7,11 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.event import BodyMoved, NodeTicked, RuleChanged, TicketChanged
-from rocs_bt.record.header import BodyInfo
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why
+from rocs_bt.record.explanation.why import Why
+from rocs_bt.record.file.header import BodyInfo
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.studio.page import WEB
 from rocs_bt.studio.report import write_report
 from rocs_bt.testing.faults import DeadSensor, break_sensor

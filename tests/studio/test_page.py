@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from rocs_bt.event import BlockFailed, ContactBegan, NodeTicked, OutcomeDecided, SensorFailed, SensorRead, pack
-from rocs_bt.record.comparisons import Comparisons
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.track import Curve, Scans
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.comparisons import Comparisons
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.track import Curve, Scans
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.running import summary_of
 from rocs_bt.studio import pack as packing
 from rocs_bt.studio.live import LivePage

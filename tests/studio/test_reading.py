@@ -9,11 +9,11 @@ import pytest
 import rocs_bt
 from rocs_bt.base.errors import Fault
 from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
-from rocs_bt.record.diverge import first_differences
-from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.recording import Recording
-from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.explanation.diverge import first_differences
+from rocs_bt.record.file.header import AgentInfo, BodyInfo, RunHeader
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.file.recording import Recording
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.studio.report import render_knowledge, render_tree, write_report
 
 from ..pages import data_of, resize

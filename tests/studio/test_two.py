@@ -7,8 +7,8 @@ import pytest
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import episode_folder
 from rocs_bt.compare.store import Cost, EpisodeStore
-from rocs_bt.record.folder_lock import FolderLock
-from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.file.folder_lock import FolderLock
+from rocs_bt.record.file.recorder import Recorder
 from rocs_bt.studio.runs import Runs
 
 from .. import synthetic

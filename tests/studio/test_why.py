@@ -24,11 +24,11 @@ from rocs_bt.event import (
 )
 from rocs_bt.expression import evaluate, parse
 from rocs_bt.record import AgentInfo, Recording, RunHeader, environment_of, samples
-from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.states import GuardState, RuleState
-from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why import Why
-from rocs_bt.record.why_not import why_not
+from rocs_bt.record.explanation.why import Why
+from rocs_bt.record.explanation.why_not import why_not
+from rocs_bt.record.file.recorder import Recorder
+from rocs_bt.record.fold.states import GuardState, RuleState
+from rocs_bt.record.fold.tracks import Tracks
 from rocs_bt.studio.pack import pack
 from rocs_bt.studio.page import bundle
 from rocs_bt.studio.report import render_report

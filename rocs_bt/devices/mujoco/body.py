@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.geometry import Pose2, yaw_of
-from ...record.header import Outline, Point
+from ...record.file.header import Outline, Point
 
 FLOOR = "floor"
 GROUND = f"{FLOOR}/"

@@ -17,7 +17,7 @@ from .scene import Array
 from .wheels import name_faults
 
 if TYPE_CHECKING:
-    from ...record.header import Beam, Fan
+    from ...record.file.header import Beam, Fan
 
 MAX_SIZE = 1000
 """Maximum number of rays per beam, or of slots, of a sensor, so that a typing error cannot stall the machine."""
@@ -80,7 +80,7 @@ class RangeCone(SimulatedSensor):
 
     def beams(self) -> tuple[Beam, ...]:
         """Origins and directions of the beams, body frame, for displays."""
-        from ...record.header import Beam
+        from ...record.file.header import Beam
 
         found, (nearest, reach), cone = [], self.range, 2.0 * self.half_angle
         for site in self.sites:
@@ -140,7 +140,7 @@ class Lidar(SimulatedSensor):
 
     def fan(self) -> Fan:
         """Origin and directions of the rays, body frame, for displays."""
-        from ...record.header import Fan
+        from ...record.file.header import Fan
 
         x, y, yaw, _ = self.world.direction(self.robot, self.site, "x")
         first, second = self.bearings[:2]

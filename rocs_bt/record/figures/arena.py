@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.geometry import Pose2
-from ..header import BodyInfo, Point, RunHeader
-from ..history import AgentHistory, History
+from ..file.header import BodyInfo, Point, RunHeader
+from ..fold.history import AgentHistory, History
 from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, WORST, Figure, by_route, line_style, route_legend
 
 if TYPE_CHECKING:

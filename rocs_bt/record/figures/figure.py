@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...base.errors import RecordingError
 from ...base.files import write_whole
-from ..history import AgentHistory, BodyHistory, History
+from ..fold.history import AgentHistory, BodyHistory, History
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.errors import Fault, InputError
-from ..history import BodyHistory, History, Series
-from ..recording import Recording
-from ..track import Curve, Span
+from ..file.recording import Recording
+from ..fold.history import BodyHistory, History, Series
+from ..fold.track import Curve, Span
 from .arena import PLACES, Arena
 from .figure import (
     INK,

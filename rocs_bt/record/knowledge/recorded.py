@@ -9,9 +9,9 @@ from ...base.geometry import Pose2
 from ...event import KnowledgeChanged
 from ...knowledge import SCHEMA, QueryContext, Schema, SignalTable
 from ...knowledge.history import ChangeLog, GraphState
-from ..recording import Recording
-from ..samples import SAMPLE_TOPICS, environment_of, samples
-from ..tracks import Tracks
+from ..file.recording import Recording
+from ..fold.samples import SAMPLE_TOPICS, environment_of, samples
+from ..fold.tracks import Tracks
 
 
 def recorded_log(recording: Recording, agent: str | None = None, schema: Schema = SCHEMA) -> ChangeLog:

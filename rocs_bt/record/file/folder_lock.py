@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from ..base.errors import Fault, InputError
+from ...base.errors import Fault, InputError
 
 
 class FolderLock:

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..event import (
+from ...event import (
     BodyMoved,
     ContactBegan,
     Event,
@@ -25,9 +25,9 @@ from ..event import (
     ScriptActed,
     unpack,
 )
-from .states import plain_value
-from .track import Curve, Steps
-from .tracks import Tracks
+from ..fold.states import plain_value
+from ..fold.track import Curve, Steps
+from ..fold.tracks import Tracks
 
 #: Events of the simulated world; a replay has no world and so emits none of these.
 WORLD_EVENTS: tuple[type[Event], ...] = (

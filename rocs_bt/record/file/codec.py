@@ -17,10 +17,10 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 
-from .. import event as ev
-from ..base.errors import RecordingError
-from ..base.nesting import check_nesting
-from ..event import Event
+from ... import event as ev
+from ...base.errors import RecordingError
+from ...base.nesting import check_nesting
+from ...event import Event
 from .wire import FORMS, Command, Reading, Signals, non_finite, restore
 
 #: Kinds of events that can be decoded.

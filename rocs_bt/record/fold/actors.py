@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from ..event import BodyMoved, Event
-from .header import BodyInfo
+from ...event import BodyMoved, Event
+from ..file.header import BodyInfo
 
 WINDOW = 1.0
 """Time within which an actor at rest moves by `STEP` if it begins to move [s]."""

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from ..base.words import failed_again
-from ..event import (
+from ...base.words import failed_again
+from ...event import (
     BlackboardChanged,
     ContentRaised,
     Event,

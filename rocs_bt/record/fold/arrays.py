@@ -9,11 +9,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.errors import InputError, unknown
-from ..event import Event, unpack
-from . import codec
-from .header import AgentInfo, SignalInfo
-from .recording import Recording
+from ...base.errors import InputError, unknown
+from ...event import Event, unpack
+from ..file import codec
+from ..file.header import AgentInfo, SignalInfo
+from ..file.recording import Recording
 from .samples import SAMPLE_TOPICS, environment_of, samples
 from .tracks import Tracks
 

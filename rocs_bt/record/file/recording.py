@@ -20,10 +20,10 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from ..base.errors import InputError, KnowledgeError, RecordingError, unknown
-from ..base.files import open_regular
-from ..base.nesting import check_nesting
-from ..event import Event, SensorRead, SignalsWritten
+from ...base.errors import InputError, KnowledgeError, RecordingError, unknown
+from ...base.files import open_regular
+from ...base.nesting import check_nesting
+from ...event import Event, SensorRead, SignalsWritten
 from . import codec
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
-from ..base.errors import Fault, InputError, unknown
-from ..event import TicketChanged, TreeNode
-from .header import AgentInfo
-from .states import RuleState
-from .tracks import Tracks
+from ...base.errors import Fault, InputError, unknown
+from ...event import TicketChanged, TreeNode
+from ..file.header import AgentInfo
+from ..fold.states import RuleState
+from ..fold.tracks import Tracks
 
 SLACK = 5e-4
 """Tolerance of times given by people, which are rounded [s]."""

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..event import GuardInfo
-from .header import AgentInfo, Outline, Point, RunHeader
+from ...event import GuardInfo
+from ..file.header import AgentInfo, Outline, Point, RunHeader
 from .track import Curve, TrackSet
 
 Numbers = NDArray[np.float64]

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 import msgspec
 import numpy as np
 
-from .. import event as ev
-from ..base.geometry import Pose3
-from ..event import Event
+from ... import event as ev
+from ...base.geometry import Pose3
+from ...event import Event
 from . import foxglove
 from .header import Beam, BodyInfo, Outline, Place, RunHeader
 

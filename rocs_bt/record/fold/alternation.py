@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from ..event import OutcomeDecided, TicketChanged
+from ...event import OutcomeDecided, TicketChanged
 from .track import Curve, Steps
 
 ALTERNATING = 6

@@ -9,14 +9,14 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.errors import InputError
-from ..event import GuardInfo, RulesReplaced
-from ..expression import parse
+from ...base.errors import InputError
+from ...event import GuardInfo, RulesReplaced
+from ...expression import parse
+from ..file.header import AgentInfo
+from ..fold.samples import environment_of, modes, samples
+from ..fold.states import GuardState
+from ..fold.tracks import Tracks
 from .condition import Condition, Found, Numbers, run_starts
-from .header import AgentInfo
-from .samples import environment_of, modes, samples
-from .states import GuardState
-from .tracks import Tracks
 
 _NEAR = 20  # steps of how near a guard is; rounded down, because only 1 is true
 _SLACK = 1e-6  # [s] between a sample and the events of its control period

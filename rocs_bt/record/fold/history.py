@@ -8,9 +8,9 @@ from itertools import groupby, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..event import AtomicStarted, RobotPushed
-from .recording import Recording
-from .summary import Finding
+from ...event import AtomicStarted, RobotPushed
+from ..file.recording import Recording
+from ..file.summary import Finding
 from .track import Span
 from .tracks import Tracks
 

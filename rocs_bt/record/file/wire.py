@@ -16,8 +16,8 @@ from typing import Any
 
 import msgspec
 
-from ..base.errors import RecordingError
-from ..event import ActuatorCommanded, Event, SensorRead, SignalsWritten, unpack
+from ...base.errors import RecordingError
+from ...event import ActuatorCommanded, Event, SensorRead, SignalsWritten, unpack
 
 WIDE = 16
 """Number of values from which on values stay packed, or refer to a reading."""

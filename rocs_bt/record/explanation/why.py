@@ -8,14 +8,14 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 
-from ..base.words import counted
-from ..event import RobotPushed, TicketChanged
+from ...base.words import counted
+from ...event import RobotPushed, TicketChanged
+from ..file.recording import Recording
+from ..fold.states import Drive
+from ..fold.track import Steps
+from ..fold.tracks import Tracks
+from .evidence import evidence, since, values_text
 from .moment import SLACK, Moment
-from .recording import Recording
-from .states import Drive
-from .track import Steps
-from .tracks import Tracks
-from .why_text import evidence, since, values_text
 
 _PUSHED = 1.0  # [s] time after a push in which it explains a motion
 _COASTING = 3.0  # [s] time after a command in which it explains a motion

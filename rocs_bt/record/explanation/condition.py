@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression import Node, Values
+from ...expression import Node, Values
 
 Numbers = NDArray[np.float64]
 Wanted = NDArray[Any]

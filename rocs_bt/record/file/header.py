@@ -8,11 +8,11 @@ from typing import Any
 
 import msgspec
 
-from ..base.errors import Fault, InputError
-from ..base.geometry import Pose2
-from ..base.signal import Signal
-from ..base.units import TIME, parse_unit, read_quantity
-from ..event import GuardInfo, TreeNode
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2
+from ...base.signal import Signal
+from ...base.units import TIME, parse_unit, read_quantity
+from ...event import GuardInfo, TreeNode
 
 Point = tuple[float, float]
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..base.errors import InputError, unknown
-from ..base.words import inactive_rule
-from ..event import GuardInfo
-from .clue import limit_text
+from ...base.errors import InputError, unknown
+from ...base.words import inactive_rule
+from ...event import GuardInfo
+from ..fold.clue import limit_text
+from ..fold.states import GuardState, RuleState
+from ..fold.tracks import Tracks
 from .comparisons import Comparisons
+from .evidence import since
 from .moment import SLACK, Moment
-from .states import GuardState, RuleState
-from .tracks import Tracks
-from .why_text import since
 
 ONLY_INVALID = "; it fires only when its signals are invalid"
 """What is said of a guard that can never hold."""

@@ -6,8 +6,8 @@ import math
 import re
 from collections.abc import Iterator
 
-from ..base.words import inactive_rule
-from ..event import (
+from ...base.words import inactive_rule
+from ...event import (
     AtomicStarted,
     BlackboardChanged,
     Change,
@@ -22,9 +22,9 @@ from ..event import (
     SubtreeSwapped,
     SwapRefused,
 )
-from ..knowledge import Stamp
-from ..knowledge.attribute import plain
-from ..knowledge.history import GraphState
+from ...knowledge import Stamp
+from ...knowledge.attribute import plain
+from ...knowledge.history import GraphState
 from .diverge import describe
 from .moment import SLACK, Moment
 
@@ -45,108 +45,112 @@ _MINOR = (  # and many
 _NAMED = ("speed", "turn_rate", "stop_distance", "goal_distance", "front")
 
 
-def evidence(why: Moment, *, everything: bool) -> list[str]:
+def evidence(moment: Moment, *, everything: bool) -> list[str]:
     """Lines of evidence: all of it, or at most ten."""
-    return list(_all(why)) if everything else _brief(why)
+    return list(_all(moment)) if everything else _brief(moment)
 
 
-def _brief(why: Moment) -> list[str]:
-    mission, running, before = why.mission, why.running, _before(why)
-    active = _rules(why)[:2] or ([f"last: {_last_firing(why)}"] if why.fired else ["no rule so far"])
+def _brief(moment: Moment) -> list[str]:
+    mission, running, before = moment.mission, moment.running, _before(moment)
+    active = _rules(moment)[:2] or ([f"last: {_last_firing(moment)}"] if moment.fired else ["no rule so far"])
     leaves = [
-        f"{mission.status(path)} {_labelled(why, path)}, for {why.t - mission.since(path):.2f} s"
+        f"{mission.status(path)} {_labelled(moment, path)}, for {moment.t - mission.since(path):.2f} s"
         for path in mission.waiting()
     ]
-    raised = [e for e in before if isinstance(e, ContentRaised) and why.t - e.t <= _RECENT]
+    raised = [e for e in before if isinstance(e, ContentRaised) and moment.t - e.t <= _RECENT]
     sent = "no running action" if running is None else f"RUNNING {running.action}({values_text(running.parameters)})"
-    signals = why.tracks.of(why.agent, "signal")
-    known = [line for name in _NAMED if name in signals for line in _signal(why, name)]
+    signals = moment.tracks.of(moment.agent, "signal")
+    known = [line for name in _NAMED if name in signals for line in _signal(moment, name)]
     lines = [
         *_part("fired", active),
         *_part("planned", leaves[:2]),
-        *_part("failed", [f"{path}: {why.mission.note(path)}" for path in _failed(why)[:2]]),
-        *_part("raised", [f"{e.sentence}{since(e.t, why.t)}" for e in raised[-1:]]),
-        *_part("sent", [sent, *_commands(why)][:3]),
-        *_part("just before", [_sentence(e) for e in before if _recent(why, e) and not isinstance(e, _MINOR)][-2:]),
-        *_part(_pose_of(why), _poses(why, why.agent)),
-        *_part("around", ["; ".join(movers)] if (movers := _movers(why)[:_NEAREST]) else []),
+        *_part("failed", [f"{path}: {moment.mission.note(path)}" for path in _failed(moment)[:2]]),
+        *_part("raised", [f"{e.sentence}{since(e.t, moment.t)}" for e in raised[-1:]]),
+        *_part("sent", [sent, *_commands(moment)][:3]),
+        *_part("just before", [_sentence(e) for e in before if _recent(moment, e) and not isinstance(e, _MINOR)][-2:]),
+        *_part(_pose_of(moment), _poses(moment, moment.agent)),
+        *_part("around", ["; ".join(movers)] if (movers := _movers(moment)[:_NEAREST]) else []),
         *_part("known", ["; ".join(known)] if known else []),
-        *_part("faults", ["; ".join(why.info.faults)] if why.info.faults else []),
+        *_part("faults", ["; ".join(moment.info.faults)] if moment.info.faults else []),
     ]
     return lines[:_BRIEF]
 
 
-def _failed(why: Moment) -> list[str]:
+def _failed(moment: Moment) -> list[str]:
     """Leaves with a message that have failed just now."""
-    mission = why.mission
+    mission = moment.mission
     return [
         path
         for path, node in mission.nodes.items()
         if not node.children and mission.status(path) == "FAILURE" and mission.note(path)
-        if why.t - mission.changed(path) < SLACK
+        if moment.t - mission.changed(path) < SLACK
     ]
 
 
-def _all(why: Moment) -> Iterator[str]:
-    mission, before = why.mission, _before(why)
-    yield from _part("fired", _rules(why) or ["no active rule"])
-    if why.fired:
-        yield f"             last: {_last_firing(why)}"
-    info = why.info
+def _all(moment: Moment) -> Iterator[str]:
+    mission, before = moment.mission, _before(moment)
+    yield from _part("fired", _rules(moment) or ["no active rule"])
+    if moment.fired:
+        yield f"             last: {_last_firing(moment)}"
+    info = moment.info
     yield from _part("", [inactive_rule(rule, [info.robot], missing) for rule, missing in info.inactive.items()])
-    yield from _part("planned", [_node(why, path) for path in why.tracks.of(why.agent, "node") if mission.status(path)])
+    yield from _part(
+        "planned", [_node(moment, path) for path in moment.tracks.of(moment.agent, "node") if mission.status(path)]
+    )
     raised = [e for e in before if isinstance(e, ContentRaised)]
-    yield from _part("raised", [f"{e.sentence}{since(e.t, why.t)}" for e in raised[-_RAISED:]])
+    yield from _part("raised", [f"{e.sentence}{since(e.t, moment.t)}" for e in raised[-_RAISED:]])
     tickets = [
         f"#{e.ticket} {e.state} {e.action}({values_text(e.parameters)}) {e.priority} by {e.by}"
-        for e in why.tickets.values()
+        for e in moment.tickets.values()
     ]
     yield from _part("sent", tickets or ["no open ticket"])
-    if (atomic := why.value("atomic")) is not None:
-        yield f"             started {atomic.action}({values_text(atomic.parameters)}){since(atomic.t, why.t)}"
-    yield from _part("", [*_commands(why), *_follower(why)])
-    yield from _part("just before", [describe(e, digits=3) for e in before if _recent(why, e)][-10:])
-    yield from _part(_pose_of(why), _poses(why))
-    signals = sorted(why.tracks.of(why.agent, "signal"))
-    yield from _part("known", [line for name in signals for line in _signal(why, name)])
+    if (atomic := moment.value("atomic")) is not None:
+        yield f"             started {atomic.action}({values_text(atomic.parameters)}){since(atomic.t, moment.t)}"
+    yield from _part("", [*_commands(moment), *_follower(moment)])
+    yield from _part("just before", [describe(e, digits=3) for e in before if _recent(moment, e)][-10:])
+    yield from _part(_pose_of(moment), _poses(moment))
+    signals = sorted(moment.tracks.of(moment.agent, "signal"))
+    yield from _part("known", [line for name in signals for line in _signal(moment, name)])
     changes = {e.kind: e for e in before if isinstance(e, Change)}
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {values_text(e.values)}" for e in changes.values()])
-    yield from _part("faults", [*why.info.faults])
-    graph = graph_at(why)
+    yield from _part("faults", [*moment.info.faults])
+    graph = graph_at(moment)
     yield from _part("", [_subject(graph, name) for name in sorted(graph.nodes())])
 
 
-def _before(why: Moment) -> list[Event]:
+def _before(moment: Moment) -> list[Event]:
     """Events of the agent so far, and pushes of all robots."""
-    return [e for e in why.tracks.events if e.t <= why.now and (e.agent == why.agent or isinstance(e, RobotPushed))]
-
-
-def _recent(why: Moment, event: Event) -> bool:
-    return event.t >= why.t - _RECENT
-
-
-def _rules(why: Moment) -> list[str]:
     return [
-        f"{name} {rule.phase}, priority {rule.priority}{since(why.since('rule', name), why.t)}: {rule.last}"
-        for name, rule in why.rules.items()
+        e for e in moment.tracks.events if e.t <= moment.now and (e.agent == moment.agent or isinstance(e, RobotPushed))
     ]
 
 
-def _last_firing(why: Moment) -> str:
-    t, _, reading = why.value("rule", why.fired).firing
-    return f"{why.fired}{since(t, why.t)}: {reading}"
+def _recent(moment: Moment, event: Event) -> bool:
+    return event.t >= moment.t - _RECENT
 
 
-def _node(why: Moment, path: str) -> str:
-    mission = why.mission
+def _rules(moment: Moment) -> list[str]:
+    return [
+        f"{name} {rule.phase}, priority {rule.priority}{since(moment.since('rule', name), moment.t)}: {rule.last}"
+        for name, rule in moment.rules.items()
+    ]
+
+
+def _last_firing(moment: Moment) -> str:
+    t, _, reading = moment.value("rule", moment.fired).firing
+    return f"{moment.fired}{since(t, moment.t)}: {reading}"
+
+
+def _node(moment: Moment, path: str) -> str:
+    mission = moment.mission
     about = f": {mission.note(path)}" if mission.note(path) else ""
     ports = mission.nodes[path].ports if path in mission.nodes else ""
     return f"{mission.status(path):8} {path}{ports}, since {mission.since(path):.2f} s{about}"
 
 
-def _labelled(why: Moment, path: str) -> str:
+def _labelled(moment: Moment, path: str) -> str:
     """Path of a node with its given ports, numbers with three digits."""
-    ports = why.mission.nodes[path].ports if path in why.mission.nodes else ""
+    ports = moment.mission.nodes[path].ports if path in moment.mission.nodes else ""
     return path + re.sub(r"\d+\.\d+", lambda found: f"{float(found[0]):.3g}", ports)
 
 
@@ -157,28 +161,28 @@ def _sentence(event: Event) -> str:
     return describe(event, digits=3)
 
 
-def _pose_of(why: Moment) -> str:
+def _pose_of(moment: Moment) -> str:
     """Name of what is recorded as poses: on hardware the robots' own estimates."""
-    return "true pose" if why.tracks.header.simulated else "own pose"
+    return "true pose" if moment.tracks.header.simulated else "own pose"
 
 
-def _poses(why: Moment, only: str = "") -> list[str]:
+def _poses(moment: Moment, only: str = "") -> list[str]:
     """Last poses of all bodies, or of one."""
     lines = []
-    for body in [only] if only else [key.agent for key, _ in why.tracks.items() if key.topic == "pose"]:
-        if (found := why.tracks.curve(body, "pose").last(why.now)) is not None:
+    for body in [only] if only else [key.agent for key, _ in moment.tracks.items() if key.topic == "pose"]:
+        if (found := moment.tracks.curve(body, "pose").last(moment.now)) is not None:
             x, y, yaw, *spatial = found[1]
             height = f", height {spatial[0]:.3f} m" if spatial else ""
             lines.append(f"{body} at ({x:.3f}, {y:.3f}) m{height}, yaw {yaw:.3f} rad")
     return lines
 
 
-def _movers(why: Moment) -> list[str]:
+def _movers(moment: Moment) -> list[str]:
     """What the agent believes to move around it, the nearest first."""
-    if (at := why.tracks.curve(why.agent, "pose").last(why.now)) is None:
+    if (at := moment.tracks.curve(moment.agent, "pose").last(moment.now)) is None:
         return []
     x, y, *_ = at[1]
-    graph, found = graph_at(why), list[tuple[float, str]]()
+    graph, found = graph_at(moment), list[tuple[float, str]]()
     for name in graph.nodes():
         held = {attribute: plain(value) for attribute, value in graph.attributes(name).items()}
         pose = held.get("pose")
@@ -188,39 +192,39 @@ def _movers(why: Moment) -> list[str]:
     return [text for _, text in sorted(found)]
 
 
-def _commands(why: Moment) -> list[str]:
+def _commands(moment: Moment) -> list[str]:
     """Last command of each actuator, and what the safety gate changed of it."""
     lines = []
-    for name, track in why.tracks.curves_of(why.agent, "command").items():
-        if (found := track.last(why.now)) is None:
+    for name, track in moment.tracks.curves_of(moment.agent, "command").items():
+        if (found := track.last(moment.now)) is None:
             continue
         t, values = found
-        lines.append(f"{name} = {numbers_text(values)} ({why.value('route', name)}){since(t, why.t)}")
-        limited = [e for e in why.tracks.events if isinstance(e, CommandLimited) and e.t == t and e.actuator == name]
-        for event in [e for e in limited if e.agent == why.agent][-1:]:
+        lines.append(f"{name} = {numbers_text(values)} ({moment.value('route', name)}){since(t, moment.t)}")
+        limited = [e for e in moment.tracks.events if isinstance(e, CommandLimited) and e.t == t and e.actuator == name]
+        for event in [e for e in limited if e.agent == moment.agent][-1:]:
             by = f"{event.action} wanted" if event.action else "wanted"
             lines.append(f"limited by the safety gate: {by} {numbers_text(list(event.wanted))}")
     return lines
 
 
-def _follower(why: Moment) -> Iterator[str]:
-    if (found := why.tracks.curve(why.agent, "follower", "error").last(why.now)) is not None:
+def _follower(moment: Moment) -> Iterator[str]:
+    if (found := moment.tracks.curve(moment.agent, "follower", "error").last(moment.now)) is not None:
         t, (cross, heading) = found
-        rung = why.value("follower", "rung")
-        yield f"follower: {cross * 100:+.1f} cm off, heading {heading:+.3f} rad, {rung}{since(t, why.t)}"
+        rung = moment.value("follower", "rung")
+        yield f"follower: {cross * 100:+.1f} cm off, heading {heading:+.3f} rad, {rung}{since(t, moment.t)}"
 
 
-def _signal(why: Moment, name: str) -> Iterator[str]:
-    if (found := why.tracks.curve(why.agent, "signal", name).last(why.now)) is not None:
+def _signal(moment: Moment, name: str) -> Iterator[str]:
+    if (found := moment.tracks.curve(moment.agent, "signal", name).last(moment.now)) is not None:
         t, values = found
-        age = "" if why.t - t < SLACK else f", {why.t - t:.2f} s old"
+        age = "" if moment.t - t < SLACK else f", {moment.t - t:.2f} s old"
         yield f"{name} = {numbers_text(values)}{age}"
 
 
-def graph_at(why: Moment) -> GraphState:
+def graph_at(moment: Moment) -> GraphState:
     """Knowledge of the agent at the time."""
-    graph, stamp = GraphState(why.agent), Stamp(why.t, 0)
-    facts = [(name.split("\n"), value) for name, value in why.tracks.state(why.now, why.agent, "fact").items()]
+    graph, stamp = GraphState(moment.agent), Stamp(moment.t, 0)
+    facts = [(name.split("\n"), value) for name, value in moment.tracks.state(moment.now, moment.agent, "fact").items()]
     for (node, *parts), value in sorted(facts, key=lambda fact: len(fact[0])):
         if not parts:
             graph.add(node, value, stamp)

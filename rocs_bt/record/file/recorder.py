@@ -11,9 +11,9 @@ from pathlib import Path
 import msgspec
 from mcap.writer import CompressionType, Writer
 
-from ..base.errors import RecordingError
-from ..base.files import create
-from ..event import Event
+from ...base.errors import RecordingError
+from ...base.files import create
+from ...event import Event
 from . import codec, foxglove
 from .foxglove_messages import Draw, FoxgloveMessages, Message
 from .header import RunHeader

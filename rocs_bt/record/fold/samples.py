@@ -15,11 +15,11 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.errors import RecordingError
-from ..base.signal import Signal
-from ..base.units import ANGLE, LENGTH, NONE
-from ..expression import Environment
-from .header import AgentInfo, SignalInfo
+from ...base.errors import RecordingError
+from ...base.signal import Signal
+from ...base.units import ANGLE, LENGTH, NONE
+from ...expression import Environment
+from ..file.header import AgentInfo, SignalInfo
 from .track import Curve
 from .tracks import Tracks
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 
-from ..event import (
+from ...event import (
     ActuatorCommanded,
     AgentStopped,
     AtomicStarted,
@@ -46,13 +46,13 @@ from ..event import (
     TicketChanged,
     pack,
 )
+from ..file.codec import KINDS
+from ..file.header import RunHeader
+from ..file.recording import Recording
 from .actors import ActorMotion
 from .alternation import Turns
 from .clue import Clues
-from .codec import KINDS
-from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
-from .recording import Recording
 from .states import Drive, Failures, LogLine, RuleState, TrackKey, about
 from .track import Curve, Scans, Steps, TrackSet
 

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import msgspec
 
-from ..event import ContactBegan, Level, OutcomeDecided
-from .alternation import livelock
+from ...event import ContactBegan, Level, OutcomeDecided
+from ..fold.alternation import livelock
+from ..fold.samples import stopped
+from ..fold.states import TrackKey
+from ..fold.tracks import Tracks
 from .moment import MissionState
-from .samples import stopped
-from .states import TrackKey
-from .tracks import Tracks
 
 DECISIVE_TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
 """Topics of tracks from which the decisive moments are found."""

@@ -1,0 +1,1 @@
+"""Files of a recording: header, events, and summary; writing and reading."""
