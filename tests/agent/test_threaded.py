@@ -181,7 +181,7 @@ def test_a_plan_that_never_reads_its_changes_does_not_spin(make_agent):
         assert agent.plan.turns <= clock.now() / 0.05 + 2
 
 
-def test_a_plan_runs_at_its_own_rate_and_when_it_is_called(make_agent):
+def test_a_plan_runs_at_its_own_rate(make_agent):
     class Counted(Plan):
         turns = 0
 
@@ -191,9 +191,9 @@ def test_a_plan_runs_at_its_own_rate_and_when_it_is_called(make_agent):
 
     clock, agent, _, sink, _ = started(make_agent, lambda m: Counted("counted", **m.parts), rates=mock_rates(plan=2.0))
     with ThreadedRunner(agent, clock):
-        until(lambda: clock.now() > 2.0)
-        calls = len(of(sink, Change))
-        assert agent.plan.turns <= 2.0 * clock.now() + 1 + calls
+        until(lambda: agent.plan.turns >= 4)  # however busy the machine is
+        calls, t = len(of(sink, Change)), clock.now()
+        assert agent.plan.turns <= 2.0 * t + 1 + calls < 20.0 * t
 
 
 def test_after_a_failure_threads_rest(make_agent):
