@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -32,13 +32,24 @@ _PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checko
 
 @cache
 def registered(group: str) -> Mapping[str, EntryPoint]:
-    """Entry points of a group by name: those of the checkout of rocs_bt, then its installed ones, then other packages'.
+    """Entry points of a group by name; a name that rocs_bt has is its own in every installation.
 
     Nothing is imported until an entry point is loaded.
     """
-    # The code beside the project file is what runs, also if an older state of it is installed.
-    installed = {found.name: found for found in sorted(entry_points(group=group), key=_is_own)}
-    return dict(sorted({**installed, **_of_checkout(group)}.items()))
+    others = (found for found in entry_points(group=group) if not _is_own(found))
+    return {found.name: found for found in sorted([*others, *_own(group)], key=lambda found: found.name)}
+
+
+def unused(group: str, core: Container[str] = ()) -> Iterator[EntryPoint]:
+    """Entry points of other packages that have names of rocs_bt.
+
+    Args:
+        group: Group of the entry points.
+        core: Names that rocs_bt has without registering them.
+    """
+    for found in entry_points(group=group):
+        if not _is_own(found) and (found.name in core or _is_own(registered(group)[found.name])):
+            yield found
 
 
 def load(group: str, name: str) -> Any:
@@ -78,10 +89,10 @@ def _is_own(found: EntryPoint) -> bool:
     return found.value.startswith("rocs_bt.")
 
 
-def _of_checkout(group: str) -> dict[str, EntryPoint]:
-    """Entry points that the project file beside the package declares; none if the package is installed elsewhere."""
+def _own(group: str) -> list[EntryPoint]:
+    """Entry points of rocs_bt."""
     if not is_file(_PROJECT):
-        return {}
-    project = tomllib.loads(read_text(_PROJECT))["project"]
-    declared = project.get("entry-points", {}).get(group, {})
-    return {name: EntryPoint(name, value, group) for name, value in declared.items()}
+        return [found for found in entry_points(group=group) if _is_own(found)]
+    # The code beside the project file is what runs, also if an older state of it is installed.
+    declared = tomllib.loads(read_text(_PROJECT))["project"].get("entry-points", {}).get(group, {})
+    return [EntryPoint(name, value, group) for name, value in declared.items()]

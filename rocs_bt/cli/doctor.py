@@ -17,11 +17,12 @@ import click
 
 from ..base.current_folder import safe_path
 from ..base.errors import Fault, InputError, RocsError
-from ..base.registered import GROUPS, load, registered
+from ..base.registered import GROUPS, load, registered, unused
 from ..base.units import Bounds
 from ..catalog import Catalog
 from ..expression import kernel_missing
 from .docs import find_manual
+from .main import COMMANDS
 from .options import QuantityType
 from .terminal import echo, styled
 
@@ -126,6 +127,10 @@ def _findings() -> Iterator[_Finding]:
                 load(group, name)
             except InputError as error:
                 yield _Finding("registered", False, f"{error.faults[0].message} {error.faults[0].hint}")
+        for found in unused(group, COMMANDS if group == "rocs_bt.commands" else ()):
+            package = found.dist.name if found.dist else found.value
+            message = f"the {GROUPS[group]} '{found.name}' of the package {package} is not used"
+            yield _Finding("registered", False, f"{message}: rocs_bt has one of this name. Rename it.")
 
 
 def _packages() -> _Finding:

@@ -31,16 +31,17 @@ def hello():
 def package(monkeypatch, tmp_path):
     """Installs a package with these entry points: its group, name and object, in each text."""
 
-    def install(*points: str, name: str = "forgetful") -> None:
+    def install(*points: str, name: str = "forgetful", module: str = "forgetful") -> None:
         info = tmp_path / "site" / f"{name}-1.0.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        lines = (f"[{group}]\n{name} = forgetful:{found}" for group, name, found in map(str.split, points))
+        lines = (f"[{group}]\n{point} = {module}:{found}" for group, point, found in map(str.split, points))
         (info / "entry_points.txt").write_text("\n".join(lines))
         (info.parent / "forgetful.py").write_text(MODULE)
         monkeypatch.syspath_prepend(info.parent)
         registered.cache_clear()
 
+    monkeypatch.setattr("rocs_bt.cli.doctor._renders", lambda kind: True)  # in a process of its own, which takes long
     yield install
     sys.modules.pop("forgetful", None)
     registered.cache_clear()
@@ -100,3 +101,23 @@ def test_two_packages_with_one_name_are_refused(package, rocs_bt):
     assert told.code == 2
     assert "the command 'recall' is registered by the packages forgetful and mindful. Remove one." in told.text
     assert "is registered by the packages forgetful and mindful" in rocs_bt("doctor").out
+
+
+def test_a_checkout_has_nothing_of_an_older_state_of_it_that_is_installed(package, rocs_bt, project):
+    package("rocs_bt.tables ros2 Ros2Settings", name="rocs_bt", module="rocs_bt.ros2.settings")
+    scenario = next(project.glob("scenarios/*.toml"))
+    scenario.write_text(f"{scenario.read_text()}\n[ros2]\n")
+    assert "unknown key 'ros2'" in rocs_bt("check", scenario).text
+    assert "registered" not in rocs_bt("doctor").out
+
+
+def test_an_installation_keeps_its_names_and_doctor_lists_others(package, rocs_bt, monkeypatch, tmp_path):
+    monkeypatch.setattr("rocs_bt.base.registered._PROJECT", tmp_path / "pyproject.toml")
+    package("rocs_bt.commands search command", name="rocs_bt", module="rocs_bt.search.command")
+    package("rocs_bt.commands search hello", "rocs_bt.commands run hello", "rocs_bt.commands hello hello")
+    assert set(registered("rocs_bt.commands")) == {"search", "run", "hello"}
+    assert registered("rocs_bt.commands")["search"].value == "rocs_bt.search.command:command"
+    told = rocs_bt("doctor").out
+    assert "the command 'search' of the package forgetful is not used: rocs_bt has one of this name. Rename it." in told
+    assert "the command 'run' of the package forgetful is not used" in told
+    assert "'hello'" not in told
