@@ -38,9 +38,10 @@ class _Faulty:
     @property
     def _fails(self) -> bool:
         fails = self._at <= self._clock.now() < self._until
-        if fails and self.announce is not None:
-            self.announce(type(self).__name__, self._until if math.isfinite(self._until) else None)
-            self.announce = None
+        announce = self.announce
+        if fails and announce is not None:
+            self.announce = None  # before the call, so that there is one, also if it raises
+            announce(type(self).__name__, self._until if math.isfinite(self._until) else None)
         return fails
 
 

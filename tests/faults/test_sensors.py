@@ -1,10 +1,11 @@
 """A sensor that dies, freezes or lies, in lockstep: the wheels stop or the reflex still works, and the run says so."""
 
 import math
+from unittest.mock import Mock
 
 import pytest
 
-from rocs_bt.base.errors import InputError
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink, RuleChanged
 from rocs_bt.simulation import build_world
@@ -52,6 +53,16 @@ def test_the_robot_goes_on_when_the_sensor_is_back(broken):
     run = broken(lambda stage: break_sensor(stage, "sonar", DeadSensor, at=2.0, until=4.0), duration=40.0)
     assert run.agent.outcome == "success"
     assert run.sensors == {"sonar"}
+
+
+def test_a_fault_is_announced_once_also_if_that_raises(stage):
+    break_sensor(stage, "sonar", DeadSensor)
+    sonar = stage.sensors["R2"]["sonar"]
+    sonar.announce = Mock(side_effect=KeyError)
+    with pytest.raises(KeyError):
+        sonar.read()
+    with pytest.raises(DeviceError):
+        sonar.read()
 
 
 def test_all_sensors_at_once(broken):
