@@ -220,6 +220,10 @@ class Tilt(MujocoSensor):
         return [float(world.data.site(f"{self.robot}/{self.name}").xpos[2])]
 
 
+def test_a_sensor_that_no_robot_has_yet_has_an_empty_name() -> None:
+    assert RangeCone(sites=("front",), range=(0.1, 1.0)).name == ""
+
+
 def test_a_users_own_driver_fits_in(p3dx: RobotSpec) -> None:
     assert p3dx.model is not None
     arena = p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml"

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from ...base.errors import Fault, InputError, unknown
 from ..simulated.device import SimulatedSensor
-from ..simulated.ranges import RangeCone
 from .body import z_axis
 from .device import MujocoSensor
 
@@ -26,11 +25,12 @@ def add_elements(model: Any, name: str, sensor: SimulatedSensor) -> None:
     known = [s.name for s in model.sites if s.name and "/" not in s.name]
     if missing := [site for site in sensor.mounted_at() if site not in known]:
         raise InputError(*(unknown(f"site for sensor '{name}'", site, known, "The model") for site in missing))
-    if isinstance(sensor, RangeCone):
-        _add_rangefinders(model, name, sensor.sites, sensor.angles)
+    if angles := sensor.beam_angles():
+        _add_rangefinders(model, name, sensor.mounted_at(), angles)
+    cls = type(sensor)
     if isinstance(sensor, MujocoSensor):
         sensor.prepare(model, name)
-    elif callable(getattr(cls := type(sensor), "prepare", None)):
+    elif callable(getattr(cls, "prepare", None)):
         message = f"'{cls.__name__}' has a method 'prepare' and does not extend MujocoSensor, so nothing calls it."
         hint = f"Write class {cls.__name__}(MujocoSensor, {', '.join(base.__name__ for base in cls.__bases__)})."
         raise InputError(Fault(message, hint=hint))

@@ -21,7 +21,7 @@ class Bound:
     """Attributes of a device after `bind`.
 
     Attributes:
-        name: Name of the device in robot.toml.
+        name: Name of the device in robot.toml; empty before `bind`.
         world: World of the robot.
         robot: Name of the robot, which is the prefix of its elements in a model.
         rng: Random generator of the device.
@@ -29,7 +29,7 @@ class Bound:
 
     # This class is not a `Declared`, so these are members, and no key of a derived class can have their names.
     __setattr__: Any = object.__setattr__  # a bound device has a state, unlike a `Value`
-    name: str
+    name = ""
     robot: str
     world: Scene
     rng: np.random.Generator
@@ -93,6 +93,10 @@ class SimulatedSensor(Bound, Value, Sensor):
 
     def mounted_at(self) -> Sequence[str]:
         """Names of the sites of the robot's model that the sensor needs; none by default."""
+        return ()
+
+    def beam_angles(self) -> Sequence[tuple[float, float]]:
+        """Angles of the rays that the sensor casts by `Scene.beams` at each of these sites; none by default."""
         return ()
 
     def sample(self) -> list[float]:

@@ -63,8 +63,7 @@ class RangeCone(SimulatedSensor):
     def mounted_at(self) -> tuple[str, ...]:
         return self.sites
 
-    @property
-    def angles(self) -> list[tuple[float, float]]:
+    def beam_angles(self) -> list[tuple[float, float]]:
         """Angles between each ray of a beam and its axis, left and up positive [rad]."""
         return [(left, up) for up in self._spread(self.layers) for left in self._spread(self.rays)]
 
@@ -72,7 +71,7 @@ class RangeCone(SimulatedSensor):
         return [self.half_angle * (2.0 * i / (count - 1) - 1.0) for i in range(count)] if count > 1 else [0.0]
 
     def set_up(self) -> None:
-        self._cast = self.world.beams(self.robot, self.name, self.sites, self.angles)
+        self._cast = self.world.beams(self.robot, self.name, self.sites, self.beam_angles())
         self._faults_rng = self.faults_rng()
 
     def measure(self) -> Reading:
