@@ -48,7 +48,9 @@ def test_its_fields_are_its_parameters(tmp_path, form):
     for given, speed in (("", DEFAULT[form]), ('speed = "0.15 m/s"', double * 0.15)):
         file = planner(tmp_path, FORMS[form], given)
         if speed is None:
-            continue  # it must be given
+            (fault,) = check_content([file]).faults
+            assert fault.message == "the mission needs speed."
+            continue
         assert not check_content([file]).faults
         catalog = Catalog(tmp_path)
         spec = catalog.load_planner("mine").drives(catalog.load_scenario("exp1"), "R2")
