@@ -40,14 +40,14 @@ class Agent:
         blocks: Blocks of the agent.
         rates: Rates of the blocks.
         runtime: Clock and event sink of the run.
-        rule_files: Active rule files.
+        reloadable_rules: Active rule files.
         sharing: Knowledge sharing with other agents; None without sharing.
 
     Attributes:
         monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
         prompt: Analysers that run before the reflexes in lockstep mode.
         optional: Names of the monitors that have optional sensors only.
-        rule_files: Active rule files, which can be reloaded.
+        reloadable_rules: Active rule files, which can be reloaded.
         failure: First block failure; None if no block failed.
         stopped: Whether the agent was stopped; a stopped agent cannot be restarted.
         reacted: Time of the last evaluation of the reflexes [s].
@@ -62,7 +62,7 @@ class Agent:
         rates: Rates,
         runtime: AgentRuntime,
         *,
-        rule_files: Sequence[ReloadableRules] = (),
+        reloadable_rules: Sequence[ReloadableRules] = (),
         sharing: Service | None = None,
     ) -> None:
         self.name = name
@@ -84,7 +84,7 @@ class Agent:
         self.execute = blocks.execute
         self.clock = runtime.clock
         self.rates = rates
-        self.rule_files = tuple(rule_files)
+        self.reloadable_rules = tuple(reloadable_rules)
         self.sharing = sharing
         self.failure: BlockError | None = None
         self.stopped = False

@@ -121,9 +121,9 @@ def build_agent(
     actions = action_table(*controller.actions)
     pipeline = Pipeline(clock, sink, name, latency=controller.latency)
     environment = Environment.of(knowledge.signals, robot.constants)
-    rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached, faults)
-    knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
-    _follow_mode(knowledge, [file.model for file in rule_files])
+    reloadable_rules = _reloadable_rules(controller, robot, environment, actions, knowledge, cached, faults)
+    knowledge.reactive_models.extend([*(file.model for file in reloadable_rules), *controller.reflexes(knowledge)])
+    _follow_mode(knowledge, [file.model for file in reloadable_rules])
     sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
     body = _body(devices, knowledge, locomotion, rates, runtime, sharing)
     arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
@@ -147,7 +147,7 @@ def build_agent(
     for analyze in analyzers:
         analyze.attach(plan)
     blocks = Blocks(monitors, analyzers, plan, Execute(pipeline, body), arc, pipeline)
-    return Agent(name, knowledge, devices, blocks, rates, runtime, rule_files=rule_files, sharing=sharing)
+    return Agent(name, knowledge, devices, blocks, rates, runtime, reloadable_rules=reloadable_rules, sharing=sharing)
 
 
 def _body(
@@ -189,7 +189,7 @@ def _knowledge(
     return knowledge
 
 
-def _rule_files(
+def _reloadable_rules(
     controller: Controller,
     robot: RobotSpec,
     environment: Environment,

@@ -104,7 +104,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, bu
     period, found = scenario.rate.control_rate.period, list[Rule]()
     for name in agent.rules:
         yield from examined(catalog.find("rules", name).path, robot, environment, actions, catalog).faults
-    for file in built.rule_files:
+    for file in built.reloadable_rules:
         rules = file.model.rules
         yield from analyse_fit(rules.rules, environment, period, modes)
         yield from inactive_faults(rules, robot.name, catalog)

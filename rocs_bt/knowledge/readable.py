@@ -1,7 +1,7 @@
 """Readable: read-only interface of a knowledge graph, for queries, drawings, exports and sharing.
 
-The robot's `KnowledgeGraph` and a `State` of it at an earlier time implement this interface. An implementation defines
-the abstract methods. The other methods use these, and an implementation may replace them by faster ones.
+The robot's `KnowledgeGraph` and a `GraphState` of it at an earlier time implement this interface. An implementation
+defines the abstract methods. The other methods use these, and an implementation may replace them by faster ones.
 """
 
 from __future__ import annotations

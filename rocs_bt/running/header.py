@@ -115,11 +115,11 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         robot=spec.robot,
         mission=spec.mission,
         rules=spec.rules,
-        inactive={rule.name: rule.missing for file in agent.rule_files for rule in file.model.rules.inactive},
+        inactive={rule.name: rule.missing for file in agent.reloadable_rules for rule in file.model.rules.inactive},
         nodes=agent.plan.tree_nodes() if isinstance(agent.plan, TreePlan) else (),
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
-        guards=tuple(guard for file in agent.rule_files for guard in guards_of(agent, file.model.rules)),
+        guards=tuple(guard for file in agent.reloadable_rules for guard in guards_of(agent, file.model.rules)),
         sensors=tuple(_sensors(agent)),
     )
 

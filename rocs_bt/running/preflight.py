@@ -249,7 +249,7 @@ def preflight_sensors(agent: Agent, robot: RobotSpec) -> list[PreflightSensor]:
 def _uses(agent: Agent, robot: RobotSpec) -> Mapping[str, list[str]]:
     """Uses of each monitor's signals, directly or through analysers: `pose`, and the rule files that read them."""
     sources, reads = signal_monitors(agent, robot), {"pose": {"pose"}}
-    for file in agent.rule_files:
+    for file in agent.reloadable_rules:
         nodes = (node for rule in file.model.rules.rules for node in rule.nodes())
         reads[file.model.rules.name] = signals_read(nodes, agent.knowledge)
     uses: dict[str, list[str]] = {}

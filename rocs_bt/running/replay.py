@@ -168,7 +168,7 @@ def _decide(
 
 def _reload(event: RulesReplaced, agents: Sequence[Agent]) -> None:
     """Give an agent the rules that replaced others during the run."""
-    for file in next(agent for agent in agents if agent.name == event.agent).rule_files:
+    for file in next(agent for agent in agents if agent.name == event.agent).reloadable_rules:
         if file.file.stem == event.rules:
             with unsaved({file.file.parent / name: text for name, text in event.texts.items()}):
                 file.reload()

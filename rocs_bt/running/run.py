@@ -184,7 +184,7 @@ class Run:
             options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=options.missions
         )
         self._swaps = SwapSchedule(swaps, agents, catalog)
-        files = [(agent.name, file) for agent in agents for file in agent.rule_files]
+        files = [(agent.name, file) for agent in agents for file in agent.reloadable_rules]
         named = {agent.name: agent for agent in agents}
         self._rules = RuleWatch(
             files,

@@ -34,9 +34,9 @@ _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 def code_of(source: str) -> Code:
     """Compile the code of a slot, which `ExpressionScope` writes without text of users, to a function of a `Match`."""
-    parts = [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
+    parts = [f"{name} = match.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
     names: dict[str, Any] = {"__builtins__": {"float": float}, **HELPERS}
-    exec("\n    ".join(["def code(state):", *parts, f"return {source}"]), names)
+    exec("\n    ".join(["def code(match):", *parts, f"return {source}"]), names)
     code: Code = names["code"]
     return code
 
@@ -54,8 +54,8 @@ class Formula:
         self._expression, self._series = Expression(node), Values([node])
         self._expression.prepare()
 
-    def __call__(self, state: Match) -> float | bool | None:
-        return self._expression(self.read(state))
+    def __call__(self, match: Match) -> float | bool | None:
+        return self._expression(self.read(match))
 
     def hold(self, rows: Sequence[Sequence[float]]) -> list[bool]:
         """Whether a condition holds for several results of `read`."""
@@ -190,7 +190,7 @@ class Planner:
         variable = self._pattern.variables[i]
         if variable.node is not None:
             name = variable.node
-            return Pin(i, None, lambda state: name)
+            return Pin(i, None, lambda match: name)
         for condition in self._pending:
             node = condition.node
             if node.op == "compare" and node.args[0].op == "read" and condition.variables == {i}:

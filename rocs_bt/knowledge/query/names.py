@@ -1,6 +1,6 @@
 """Resolution of the names in a query's expressions, and the code that reads their values.
 
-The generated code reads the query's `State`: `n` and `r` hold the node name and the row of each variable, `e` the row
+The generated code reads the query's `Match`: `n` and `r` hold the node name and the row of each variable, `e` the row
 of each edge, and `c` is the `Execution`. The code contains only names from a schema, a pattern or Python, never text of
 the user.
 """

@@ -106,7 +106,7 @@ def apart(a: Pose2 | Path | None, b: Pose2 | Path | None) -> float:
     if isinstance(a, Pose2) and isinstance(b, Pose2):
         return math.hypot(a.x - b.x, a.y - b.y)
     pose, path = (a, b) if isinstance(a, Pose2) else (b, a)
-    return _path_distance(pose[0], pose[1], path)  # type: ignore[arg-type]  # `Scope` ensures that one is a path
+    return _path_distance(pose[0], pose[1], path)  # type: ignore[arg-type]  # `ExpressionScope` ensures that one is a path
 
 
 def direction(a: Pose2 | None, b: Pose2 | None) -> float:

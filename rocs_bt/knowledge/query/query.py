@@ -120,13 +120,13 @@ class Query:
             KnowledgeError: A parameter is missing, unknown or of another type, the graph has another schema, or there
                 is no history for an `as of` query.
         """
-        graph, state = self._begin(graph, context, parameters)
+        graph, match = self._begin(graph, context, parameters)
         with graph.locked():
-            found = self._found(state)
-            near = self._nearest is not None and self._nearest(state) is not None
+            found = self._found(match)
+            near = self._nearest is not None and self._nearest(match) is not None
             if near and not self._give:  # the answers are found in order of distance already
                 return Answers(self.variables, tuple(islice(found, self._limit)), self.columns)
-            rows = self._ordered(self._with_values(found, state), near, state)
+            rows = self._ordered(self._with_values(found, match), near, match)
         return Answers(
             self.variables,
             tuple([row for row, _ in rows]),
@@ -140,9 +140,9 @@ class Query:
         Raises:
             KnowledgeError: See `ask`.
         """
-        graph, state = self._begin(graph, context, parameters)
+        graph, match = self._begin(graph, context, parameters)
         with graph.locked():
-            found = self._found(state)
+            found = self._found(match)
             return next(found, None) is not None
 
     def _begin(self, graph: Readable, context: QueryContext, given: Mapping[str, Any]) -> tuple[Readable, Match]:
@@ -168,13 +168,13 @@ class Query:
         value: float = values[moment.value] if isinstance(moment.value, str) else moment.value
         return now - value if moment.ago else value
 
-    def _found(self, state: Match) -> Iterator[tuple[str, ...]]:
-        """Yield the answers one by one, each as a tuple of nodes; `state` holds the match of the last one yielded."""
-        names, shown, since = state.n, self._shown, self._since
-        matches = walk(self._steps, state)
+    def _found(self, match: Match) -> Iterator[tuple[str, ...]]:
+        """Yield the answers one by one, each as a tuple of nodes; `match` is that of the last one yielded."""
+        names, shown, since = match.n, self._shown, self._since
+        matches = walk(self._steps, match)
         if since is not None:
-            revision = int(state.c.p[since]) if isinstance(since, str) else since
-            matches = filter(lambda _: self._changed(state, revision), matches)
+            revision = int(match.c.p[since]) if isinstance(since, str) else since
+            matches = filter(lambda _: self._changed(match, revision), matches)
         only = shown[0] if len(shown) == 1 else -1
 
         def row(_: None) -> tuple[str, ...]:
@@ -182,18 +182,18 @@ class Query:
 
         return map(row, matches)  # faster than one more generator
 
-    def _changed(self, state: Match, since: int) -> bool:
-        """Whether a node or an edge of the match in `state` has changed after the revision `since`."""
-        return any(state.r[i]["revision"] > since for i in self._shown) or any(
-            state.e[j] is not None and state.e[j]["revision"] > since for j in self._edges
+    def _changed(self, match: Match, since: int) -> bool:
+        """Whether a node or an edge of the match has changed after the revision `since`."""
+        return any(match.r[i]["revision"] > since for i in self._shown) or any(
+            match.e[j] is not None and match.e[j]["revision"] > since for j in self._edges
         )
 
-    def _with_values(self, found: Iterator[tuple[str, ...]], state: Match) -> Iterator[Found]:
+    def _with_values(self, found: Iterator[tuple[str, ...]], match: Match) -> Iterator[Found]:
         give = self._give
         for row in found:
-            yield row, tuple([_plain(code(state)) for code in give]) if give else ()
+            yield row, tuple([_plain(code(match)) for code in give]) if give else ()
 
-    def _ordered(self, found: Iterator[Found], near: bool, state: Match) -> list[Found]:
+    def _ordered(self, found: Iterator[Found], near: bool, match: Match) -> list[Found]:
         """Sort the answers and keep as many as the query's limit allows."""
         limit = self._limit
         if near:
@@ -202,15 +202,15 @@ class Query:
             rows = list(found)
             rows.sort(key=_by_name)
             return rows[:limit]
-        keyed = [(self._key(state), *each) for each in found]
+        keyed = [(self._key(match), *each) for each in found]
         keyed.sort(key=_by_key)
         return [(row, values) for _, row, values in keyed[:limit]]
 
-    def _key(self, state: Match) -> float:
+    def _key(self, match: Match) -> float:
         if self._order is None:
             return 0.0
         code, descending = self._order
-        value = code(state)
+        value = code(match)
         if value is None:
             return math.nan
         return -float(value) if descending else float(value)

@@ -77,35 +77,35 @@ class Scan:
     near: Near | None
     test: Condition | None
 
-    def run(self, state: Match) -> Iterator[None]:
-        i, names, rows = self.variable, state.n, state.r
-        for names[i], rows[i] in self._nodes(state) if self.test is None else self._tested(self.test, state):
+    def run(self, match: Match) -> Iterator[None]:
+        i, names, rows = self.variable, match.n, match.r
+        for names[i], rows[i] in self._nodes(match) if self.test is None else self._tested(self.test, match):
             yield
         names[i] = rows[i] = None
 
-    def _nodes(self, state: Match) -> Iterator[tuple[str, Row]]:
-        row_of = state.c.graph.row
-        return ((name, row) for name in self._names(state) if (row := row_of(name)) is not None)
+    def _nodes(self, match: Match) -> Iterator[tuple[str, Row]]:
+        row_of = match.c.graph.row
+        return ((name, row) for name in self._names(match) if (row := row_of(name)) is not None)
 
-    def _tested(self, test: Condition, state: Match) -> Iterator[tuple[str, Row]]:
+    def _tested(self, test: Condition, match: Match) -> Iterator[tuple[str, Row]]:
         """Nodes for which the condition holds; it is tested for more and more nodes at once, as few may be wanted."""
-        i, names, rows, nodes, size = self.variable, state.n, state.r, self._nodes(state), 8
+        i, names, rows, nodes, size = self.variable, match.n, match.r, self._nodes(match), 8
         while some := list(islice(nodes, size)):
             values = []
             for names[i], rows[i] in some:
-                values.append(test.read(state))
+                values.append(test.read(match))
             yield from compress(some, test.hold(values))
             size = min(4 * size, 1024)
 
-    def _names(self, state: Match) -> Iterable[str]:
-        near, graph = self.near, state.c.graph
+    def _names(self, match: Match) -> Iterable[str]:
+        near, graph = self.near, match.c.graph
         if near is None:
             return graph.nodes(self.kind)
-        place = near.place(state)
+        place = near.place(match)
         if place is None:
             return sorted(graph.nodes(self.kind)) if near.sorted else ()
-        names = map(_NAME, self._by_distance(near, place, state.c))
-        return chain(names, self._without_pose(near, place, state.c)) if near.sorted else names
+        names = map(_NAME, self._by_distance(near, place, match.c))
+        return chain(names, self._without_pose(near, place, match.c)) if near.sorted else names
 
     def _by_distance(self, near: Near, place: Any, c: Execution) -> Iterator[tuple[float, str]]:
         x, y, reach = circle(place)
@@ -136,13 +136,13 @@ class Pin:
     kinds: frozenset[str] | None
     name: Code
 
-    def run(self, state: Match) -> Iterator[None]:
-        name = self.name(state)
-        row = None if name is None else state.c.graph.row(name)
+    def run(self, match: Match) -> Iterator[None]:
+        name = self.name(match)
+        row = None if name is None else match.c.graph.row(name)
         if row is not None and (self.kinds is None or row["kind"] in self.kinds):
-            state.n[self.variable], state.r[self.variable] = name, row
+            match.n[self.variable], match.r[self.variable] = name, row
             yield
-            state.n[self.variable] = state.r[self.variable] = None
+            match.n[self.variable] = match.r[self.variable] = None
 
 
 @dataclass(frozen=True)
@@ -154,17 +154,17 @@ class Follow:
     forward: bool
     kinds: frozenset[str] | None
 
-    def run(self, state: Match) -> Iterator[None]:
-        link, graph = self.link, state.c.graph
+    def run(self, match: Match) -> Iterator[None]:
+        link, graph = self.link, match.c.graph
         here, i = (link.source, link.target) if self.forward else (link.target, link.source)
-        for name, edge in _ends(state, link, state.n[here], self.forward):
+        for name, edge in _ends(match, link, match.n[here], self.forward):
             row = graph.row(name)
             if row is not None and (self.kinds is None or row["kind"] in self.kinds):
-                state.n[i], state.r[i] = name, row
+                match.n[i], match.r[i] = name, row
                 if self.edge >= 0:
-                    state.e[self.edge] = edge
+                    match.e[self.edge] = edge
                 yield
-        state.n[i] = state.r[i] = None
+        match.n[i] = match.r[i] = None
 
 
 @dataclass(frozen=True)
@@ -174,15 +174,15 @@ class Joined:
     link: Link
     edge: int
 
-    def run(self, state: Match) -> Iterator[None]:
-        link, source, target = self.link, state.n[self.link.source], state.n[self.link.target]
+    def run(self, match: Match) -> Iterator[None]:
+        link, source, target = self.link, match.n[self.link.source], match.n[self.link.target]
         if link.plain:
-            edge = state.c.graph.targets(source, link.relation.name).get(target)
+            edge = match.c.graph.targets(source, link.relation.name).get(target)
             if edge is not None:
                 if self.edge >= 0:
-                    state.e[self.edge] = edge
+                    match.e[self.edge] = edge
                 yield
-        elif any(name == target for name, _ in _ends(state, link, source, True)):
+        elif any(name == target for name, _ in _ends(match, link, source, True)):
             yield
 
 
@@ -192,8 +192,8 @@ class Test:
 
     holds: Code
 
-    def run(self, state: Match) -> Iterator[None]:
-        if self.holds(state):
+    def run(self, match: Match) -> Iterator[None]:
+        if self.holds(match):
             yield
 
 
@@ -203,28 +203,28 @@ class Absent:
 
     steps: Sequence[Step]
 
-    def run(self, state: Match) -> Iterator[None]:
-        if not any(True for _ in walk(self.steps, state)):
+    def run(self, match: Match) -> Iterator[None]:
+        if not any(True for _ in walk(self.steps, match)):
             yield
 
 
 Step = Scan | Pin | Follow | Joined | Test | Absent
 
 
-def walk(steps: Sequence[Step], state: Match, at: int = 0) -> Iterator[None]:
-    """Iterate over all matches of the steps from index `at` on; `state` holds the present match."""
+def walk(steps: Sequence[Step], match: Match, at: int = 0) -> Iterator[None]:
+    """Iterate over all matches of the steps from index `at` on; `match` is the present one."""
     left = len(steps) - at
-    return steps[at].run(state) if left == 1 else _walk(steps, state, at) if left else iter((None,))
+    return steps[at].run(match) if left == 1 else _walk(steps, match, at) if left else iter((None,))
 
 
-def _walk(steps: Sequence[Step], state: Match, at: int) -> Iterator[None]:
-    for _ in steps[at].run(state):
-        yield from walk(steps, state, at + 1)
+def _walk(steps: Sequence[Step], match: Match, at: int) -> Iterator[None]:
+    for _ in steps[at].run(match):
+        yield from walk(steps, match, at + 1)
 
 
-def _ends(state: Match, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
+def _ends(match: Match, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
     """Nodes that a link joins to the node `name`, each with the row of the edge; None for a chain of edges."""
-    graph, relation = state.c.graph, link.relation.name
+    graph, relation = match.c.graph, link.relation.name
     ends = graph.targets if forward else graph.sources
     if link.plain:
         yield from ends(name, relation).items()
