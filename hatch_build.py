@@ -24,7 +24,7 @@ BINARY = SOURCE.with_name(f"{SOURCE.stem}.abi3.so")
 FLAGS = [
     "-std=c11", "-O3", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math",
     "-DNDEBUG",
-]  # fmt: skip  # a table
+]  # fmt: skip  # flags as on a command line
 
 
 class BuildHook(BuildHookInterface[Any]):

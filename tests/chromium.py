@@ -35,7 +35,7 @@ class Browser:
         self._read, answer_write = os.pipe()
         flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
                  "--disable-background-networking", "--disable-component-update", "--hide-scrollbars",
-                 "--remote-debugging-pipe", f"--user-data-dir={profile}"]  # fmt: skip  # a table
+                 "--remote-debugging-pipe", f"--user-data-dir={profile}"]  # fmt: skip  # flags as on a command line
         self._process = subprocess.Popen(
             [sys.executable, "-c", _START, str(command_read), str(answer_write), path, *flags, "about:blank"],
             pass_fds=(command_read, answer_write),

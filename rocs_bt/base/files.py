@@ -29,7 +29,7 @@ MOST_BYTES = 1 << 32
 _MOST_KEPT = 1_000_000
 """Maximum size of a file of which `read_once` keeps the content [bytes]; larger ones are meshes and maps."""
 
-_UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("unsaved", default={})  # noqa: B039 - never changed
+_UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("unsaved", default={})  # noqa: B039 - is never changed
 _KEPT: ContextVar[dict[str, bytes] | None] = ContextVar("kept", default=None)
 _NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes in its file system
 _SPECIAL = {
@@ -131,7 +131,7 @@ def open_regular(path: Path, most: int = MOST_BYTES) -> BinaryIO:
         OSError: The file cannot be read, is not a regular file, or is too large.
     """
     check_regular(path, most)
-    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT))  # noqa: SIM115 - returned open
+    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT))  # noqa: SIM115 - is returned open
     try:
         _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
     except OSError:

@@ -170,7 +170,7 @@ def check_run(run: Run) -> Findings:
     entries = [(found, catalog) for found in (catalog.entry_of(run.spec), *_entries_of(run.spec.robots, catalog))]
     with read_once():
         faults = prepared(run)
-        judge: Checker = lambda entry, catalog: run_faults(run, faults)  # noqa: E731 - narrowed type
+        judge: Checker = lambda entry, catalog: run_faults(run, faults)  # noqa: E731 - keeps narrowed types
         return _findings(entries, [], {**_CHECKERS, "scenario": judge, "robot": partial(check_robot, run=run)})
 
 

@@ -23,7 +23,7 @@ ODD_VALUES = [
     "nan", "inf", "-inf", "1e400", '"1e400 m"', '"inf m"', '"-inf deg"', '"nan m"', "0", "-1", '""', '"x"', "[]", "{}",
     "[[]]", "true", '"0 Hz"', '"-20 Hz"', '"1e-300 s"', "1979-05-27", '"5 m5"', '"5 m/s/s/s/s"', '"../../etc"',
     '"a/b.py:C"',    '"own.py:Own"', "99999999999999999999", '"\\u0000"', '["0 m", 3]', '"0.5 m" # ü',
-]  # fmt: skip  # a table
+]  # fmt: skip  # short values, several on a line
 NAMES = ["R1", "R2", "goal", "sonar", "wheels", "range", "pose", "base", "hull", "floor", "box", "left_motor", ""]
 
 
@@ -75,9 +75,13 @@ def campaign(examples: int):
 
 
 PROJECT = [
-    "scenarios/exp1.toml", "scenarios/worlds/arena_box.xml", "rules/avoid_collision.toml", "planners/missions/go_to.py",
-    "robots/pioneer_p3dx/robot.toml", "robots/pioneer_p3dx/robot.xml",
-]  # fmt: skip  # a table
+    "scenarios/exp1.toml",
+    "scenarios/worlds/arena_box.xml",
+    "rules/avoid_collision.toml",
+    "planners/missions/go_to.py",
+    "robots/pioneer_p3dx/robot.toml",
+    "robots/pioneer_p3dx/robot.xml",
+]
 MUTATED = [name for name in PROJECT if not name.endswith(".py")]  # a mutated mission would be run
 
 

@@ -85,7 +85,7 @@ def test_a_planner_names_files_of_its_project_alone(project, outside, rocs_bt, n
 LINKS = [
     SCENARIO, WORLD, "robots/rover", "robots/rover/robot.toml", "robots/rover/robot.xml", "rules/keep_clear.toml",
     "planners/missions/patrol.py", "planners/brisk.toml",
-]  # fmt: skip  # a table
+]  # fmt: skip  # paths, several on a line
 
 
 @pytest.mark.parametrize("path", LINKS)

@@ -48,7 +48,7 @@ def suggested(folder, outcomes, events):
                               ContactBegan(t=8.5, agent="A", other="box", kind="collision"),
                               AgentStopped(t=20.0, agent="A", by="end")], "8.49"),
     ],
-)  # fmt: skip  # a table
+)  # fmt: skip  # a case begins on its own line
 def test_try_next_names_the_moment_of_the_failure_or_of_the_first_reflex(tmp_path, outcomes, events, moment):
     assert suggested(tmp_path, outcomes, events) == moment
 

@@ -45,7 +45,7 @@ def printing(tree: ast.AST) -> list[str]:
     dangerous = {
         "print", "click.echo", "click.secho", "click.style", "click.confirm", "click.prompt", "sys.stdout.write",
         "traceback.print_exc", "traceback.print_exception", "warnings.showwarning", "rich.console", "rich.table",
-    }  # fmt: skip  # a table
+    }  # fmt: skip  # names, several on a line
     return [name for name in found if name in dangerous]
 
 

@@ -23,9 +23,16 @@ def record(planner, scene, seed, success=True, **metrics):
     if not success:
         values |= dict.fromkeys(ZERO_ON_FAILURE, 0.0)
     return EpisodeRecord(
-        key=f"{planner}{scene}{seed}", planner=planner, family="f", scene=scene, seed=seed, outcome=outcome,
-        metrics=values | metrics, time_limit=LIMIT, sim_time=20.0,
-    )  # fmt: skip  # a table
+        key=f"{planner}{scene}{seed}",
+        planner=planner,
+        family="f",
+        scene=scene,
+        seed=seed,
+        outcome=outcome,
+        metrics=values | metrics,
+        time_limit=LIMIT,
+        sim_time=20.0,
+    )
 
 
 def compared(success, scenes, seeds, noise=0.0):

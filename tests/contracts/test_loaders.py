@@ -134,14 +134,14 @@ LOADERS = {
 PIECES = [
     "[", "{", "(", "<a>", "<body>", "<!--", "a.", "'a'.", '"', "'''", '"""', "\\", "1", "9", "0.", "-", "not ", "a[0]",
     " ", "\t", "\n", "\r", "#", ",", ";", "=", "&amp;", "&#0;", "]]>", "\0", "\ufeff", "é", "🤖", '{"a":', "nan", "$$",
-]  # fmt: skip  # a table
+]  # fmt: skip  # a line for each loader
 """Texts that are repeated: what nests, what a scanner skips, what a number is made of."""
 
 ODD = [
     "nan", "inf", "1e400", "-0", "1e-320", "99999999999999999999", "true", "null", "[]", "{}", "[[]]", '""', '"x"',
     "1979-05-27", "-1",
     '"1e400 m"', '"nan s"', '"0 Hz"', '"5 m5"', '"../../etc/passwd"', '"a.py:C"', '"\\u0000"', '{"a": 1}', "[1, 'a']",
-]  # fmt: skip  # a table
+]  # fmt: skip  # short pieces, several on a line
 
 
 class Mutation(bytes):

@@ -29,7 +29,7 @@ SCENARIOS = [
 ]
 STANDARD_SIGNALS = {
     "front", "left_gap", "right_gap", "rear", "speed", "turn_rate", "stop_distance", "goal_distance", "pose",
-}  # fmt: skip  # a table
+}  # fmt: skip  # names, several on a line
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: f"{e.kind}-{e.name}")

@@ -89,12 +89,15 @@ def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, Safe
     return arm, gate
 
 
-@pytest.mark.parametrize(("velocity", "commanded", "driven"), [
-    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, True),
-    ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), True, True),
-    ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), True, False),
-    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), False, False),
-])  # fmt: skip  # a table
+@pytest.mark.parametrize(
+    ("velocity", "commanded", "driven"),
+    [
+        ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, True),
+        ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), True, True),
+        ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), True, False),
+        ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), False, False),
+    ],
+)
 def test_a_robot_without_wheels_drives_into_what_it_lands_on_only_by_its_own_motion(
     tmp_path, velocity, commanded, driven
 ) -> None:

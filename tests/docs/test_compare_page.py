@@ -13,7 +13,7 @@ PUBLIC = {
     "Block", "Building", "Comparison", "EpisodeStore", "Family", "FamilyScene", "Floor", "PeopleFamily", "Post",
     "ScenarioScene", "Scene", "SweepOptions", "TaskFamily", "TrafficFamily", "Walk", "goal_scenario", "length_of",
     "load_family", "one_of", "position", "quantity", "scenes_of", "shortest_cells", "sweep", "walls_around",
-}  # fmt: skip  # a table
+}  # fmt: skip  # names, several on a line
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 

@@ -245,9 +245,13 @@ OPENED = re.compile(
 )
 EXEMPT = {
     # files of the system, or of this package, which no user names
-    "base/files.py", "record/folder_lock.py", "devices/isolated/silence.py", "ros2/network/rclpy_transport.py",
-    "cli/terminal.py", "studio/live.py",
-}  # fmt: skip  # a table
+    "base/files.py",
+    "record/folder_lock.py",
+    "devices/isolated/silence.py",
+    "ros2/network/rclpy_transport.py",
+    "cli/terminal.py",
+    "studio/live.py",
+}
 
 
 def test_the_engine_opens_files_in_one_module_only():

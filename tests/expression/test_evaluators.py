@@ -209,7 +209,7 @@ def test_temporal_operators_are_as_defined(op, text, seed, period):
     "c > 0.2 and not (d > 0.5 or c > d - 1)", "any(a > c) if d > 0 else all(a < 1)", "held(c > 0, 0.3 s)",
     "once(c > 0.5, 0.3 s) and d != 0.3", "since(d > -0.5, c > 0.8, 0.4 s)",
     "0 < c < 0.5 or held(once(d > 0.9, 0.1 s), 0.2 s)",
-]))  # fmt: skip  # a table
+]))  # fmt: skip  # expressions, several on a line
 def test_values_that_change_by_less_than_the_margin_keep_the_truth(seed, text):
     """Definition of margins: A. Donze, O. Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals"."""
     rng = np.random.default_rng(seed)
@@ -354,7 +354,7 @@ DECIDED = [
     "c > 0 and u[0] > 0", "c > 0 or u[0] > 0", "c if u[0] > 0 else u[1]", "clip(c, -1, 1)", "c / 2", "c / 0", "sqrt(c)",
     "c + u[0]", "c - u[0]", "c * u[0]", "c / u[0]", "sum(u)", "mean(u)", "dot(u, [1, 0])", "min_valid(u, 2) - c",
     "v[0] + v[1]", "v[0] - v[1]", "v[0] * v[1]", "sum(v)", "mean(v)", "dot(v, [1, 0])",
-]  # fmt: skip  # a table
+]  # fmt: skip  # expressions, several on a line
 
 
 @pytest.mark.parametrize("text", DECIDED)

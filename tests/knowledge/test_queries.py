@@ -54,22 +54,22 @@ FOUND = [
     ("object where moves", ["box0", "box2"]),
     ("object where distance(pose, robot) < 1.5 m", ["box0", "box1"]),
     ("object where distance(object) < 150 cm", ["box0", "box1"]),
-    ("person where role == \"nurse\"", ["anna"]),
-    ("person where role != \"nurse\"", []),
+    ('person where role == "nurse"', ["anna"]),
+    ('person where role != "nurse"', []),
     ("object where abs(bearing(object)) < 10 deg and distance(object) > 1 m", ["anna"]),
     ("object where bearing(object) == -90 deg", ["box0", "box1", "box2", "box3"]),
     ("object where distance < stop_distance", ["felt"]),
     ("place a where a.pose.x > 1.5 m", ["c", "d"]),
-    ("place where distance(place, \"home\") < 7.5 m", ["d"]),
+    ('place where distance(place, "home") < 7.5 m', ["d"]),
     ("goal, no robot pursues goal", ["away"]),
-    ("robot pursues \"home\"", ["R2"]),
-    ("robot pursues \"away\"", []),
-    ("\"R2\" at place", ["a"]),
+    ('robot pursues "home"', ["R2"]),
+    ('robot pursues "away"', []),
+    ('"R2" at place', ["a"]),
     ("thing where age(thing) == 0 s and thing.t == now limit 2", ["R2", "a"]),
     ("object changed since 13", ["anna", "felt"]),
     ("place where sqrt(tolerance * tolerance) > 0.35 m", ["d"]),
     ("object where (distance if known(distance) else 9 m) < 1 m", ["felt"]),
-]  # fmt: skip  # a table
+]
 
 
 @pytest.mark.parametrize(("text", "names"), FOUND, ids=[text for text, _ in FOUND])

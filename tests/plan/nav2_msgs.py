@@ -65,7 +65,7 @@ NAV2_MSGS = {
     "nav2_msgs/srv/ClearCostmapExceptRegion_Request": {"reset_distance": NUMBER},
     "nav2_msgs/srv/ClearCostmapAroundRobot_Request": {"reset_distance": NUMBER},
     "nav2_msgs/srv/ClearCostmapAroundPose_Request": {"pose": RosField(STAMPED), "reset_distance": NUMBER},
-}  # fmt: skip  # a table
+}  # fmt: skip  # fields of a message share lines
 
 for _name in [name for name in NAV2_MSGS if name.endswith("_Goal")]:
     NAV2_MSGS.setdefault(_name.replace("_Goal", "_Feedback"), {})

@@ -73,7 +73,7 @@ def test_py_trees_own_nodes_are_told_too(logged):
     ]
     assert [(uid, status) for _, uid, status in changes] == [
         (1, 1), (2, 1), (4, 2), (3, 3), (3, 0), (4, 0), (2, 2), (2, 0), (1, 3), (1, 0)
-    ]  # fmt: skip  # a table
+    ]  # fmt: skip  # changes, several on a line
 
 
 def test_a_swap_begins_another_file(mind, tmp_path):

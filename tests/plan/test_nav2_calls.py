@@ -112,7 +112,7 @@ CALLS = {
             "FollowObject": "follow_object",
         }.items()
     },
-}  # fmt: skip  # a table
+}  # fmt: skip  # a request and its answer share lines
 
 
 @pytest.fixture

@@ -75,7 +75,7 @@ OMITTED = {("TruncatePathLocal", "pose")}
 LITERALS = {
     "action": "a", "error_codes_to_check": "1;208", "node": "near", "planner": "visibility", "query": "goal it",
     "service": "a", "service_name": "a", "topic": "a", "type": "",
-}  # fmt: skip  # a table
+}  # fmt: skip  # ports, several on a line
 TYPES = {"action": "test_msgs/action/Fibonacci", "service": "std_srvs/srv/SetBool", "topic": "std_msgs/msg/String"}
 TICKS = 8
 SAME, OTHER, EQUAL = 0, 1, 2

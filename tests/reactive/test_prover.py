@@ -376,7 +376,7 @@ GUARDS = [
     ("side(mean(left_gap) - mean(right_gap)) * turn_rate > 1.9 rad/s and mean(left_gap) < mean(right_gap)"
      " and turn_rate > -1.8 rad/s", False),
     ("min_valid(front, 3) < 0.4 m and max(min(front), min(rear)) > 1.5 m and any(rear < 1.6 m)", True),
-]  # fmt: skip  # a table
+]  # fmt: skip  # the answer is beside its guard
 
 
 @pytest.mark.parametrize("beams", [16, 24])

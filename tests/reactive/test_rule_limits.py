@@ -67,7 +67,7 @@ def test_the_absurd_is_refused_with_the_limit(tmp_path, what):
 ATTACKS = [
     "__import__('os').system('x')", "canary()", "(lambda: canary())()", "front.__class__", "[canary() for x in front]",
     "speed if canary() else speed", "f'{canary()}'", "speed > canary", "min(*front)", "(x := canary())", "canary",
-]  # fmt: skip  # a table
+]  # fmt: skip  # attacks, several on a line
 
 
 @pytest.mark.usefixtures("canary")

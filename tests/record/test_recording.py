@@ -295,9 +295,10 @@ def test_a_writer_killed_at_any_moment_leaves_all_but_the_last_half_second(tmp_p
 
 
 def test_an_event_that_is_not_data_is_told_at_the_end_and_the_rest_is_kept(tmp_path):
-    good, bad = synthetic.events(0.5), TicketChanged(
+    good = synthetic.events(0.5)
+    bad = TicketChanged(
         t=0.1, agent="R2", ticket=1, action="A", priority="HIGH", state="QUEUED", by="x", parameters={"p": object()}
-    )  # fmt: skip  # a table
+    )
     recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
     for event in [bad, *good, SensorRead(t=math.nan, sensor="s", stamp=0.0, data=b"")]:
         recorder.emit(event)

@@ -18,7 +18,7 @@ ROBOTS = ["robotino", "rosbot_xl"]
 TWISTS = [
     Twist2(0.5), Twist2(-0.5), Twist2(0.0, left=0.5), Twist2(0.0, left=-0.5), Twist2(0.35, left=0.35),
     Twist2(-0.2, left=0.3), Twist2(0.0, turn=1.0), Twist2(0.3, turn=0.6), Twist2(0.3, turn=-1.0, left=0.25),
-]  # fmt: skip  # a table
+]  # fmt: skip  # twists, several on a line
 MakeWorld = Callable[..., MujocoWorld]
 
 

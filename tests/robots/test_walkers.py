@@ -44,7 +44,7 @@ ROWS = {
          Twist2(0.0, turn=0.4), Twist2(0.0, turn=-0.8), Twist2(0.2, turn=0.4), Twist2(0.1, left=0.05, turn=-0.3)),
         0.08, 5.0, (Twist2(0.25), Twist2(0.0, left=-0.08), Twist2(0.0, turn=0.8)), 0.04, 0.15, (30.0, 60.0), 10.0, 0.1,
     ),
-}  # fmt: skip  # a table
+}  # fmt: skip  # twists, several on a line
 MakeWalker = Callable[[str], Walker]
 
 

@@ -180,7 +180,7 @@ CHANGE = '; write qos="{}", or change the other node'
         ),
         (SAYS, "reliable", SPEED, QoS.SENSOR, ""),
     ],
-)  # fmt: skip  # a table
+)  # fmt: skip  # a reader or writer and its network share a line
 def test_a_topic_that_does_not_match_is_named_with_both_sides_and_the_change(line, qos, type, theirs, reason):
     network = Network(MESSAGES)
     network.peers, network.matches = [Endpoint("/speed", type, "/n", line == READS, theirs)], int(not reason)

@@ -150,7 +150,7 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
         (0.0, "root", "RUNNING"), (0.0, "root/g3", "RUNNING"), (0.0, "root/g3/leaf1", "RUNNING"),
         (1.0, "root/g3/leaf1", "SUCCESS"), (1.0, "root/g3", "SUCCESS"),
         (2.0, "root/g7/leaf4", "FAILURE"), (2.0, "root/g7", "FAILURE"), (2.0, "root", "FAILURE"),
-    ]  # fmt: skip  # a table
+    ]  # fmt: skip  # ticks of one instant share a line
     events = [NodeTicked(t=t, agent="R", node=node, status=status) for t, node, status in ticks]
     events += [
         BlackboardChanged(t=0.0, agent="R", subtree="", key="place", value="kitchen"),
@@ -324,9 +324,15 @@ def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, 
     changes = [
         KnowledgeChanged(t=t, agent="R", what=what, subject="box", name=name, value=value, revision=i)
         for i, (t, what, name, value) in enumerate(
-            [(1.0, "node added", "object", None), (2.0, "attribute", "radius", 0.2), (4.0, "attribute", "radius", 0.3),
-             (6.0, "node removed", "object", None)], 1)
-    ]  # fmt: skip  # a table
+            [
+                (1.0, "node added", "object", None),
+                (2.0, "attribute", "radius", 0.2),
+                (4.0, "attribute", "radius", 0.3),
+                (6.0, "node removed", "object", None),
+            ],
+            1,
+        )
+    ]
     log = ChangeLog(GraphState("R"), "run", changes, end=8.0)
     page = tmp_path / "knowledge.html"
     page.write_text(render_knowledge(log), encoding="utf-8")

@@ -55,7 +55,7 @@ CASES = {
     "LoopBool": Case({"queue": "{a}", "value": "{v}"}, ("RS",), ({"a": "1;0"}, {"a": "true"})),
     "LoopDouble": Case({"queue": "{a}", "value": "{v}"}, ("S",), ({"a": (0.5, 1)}, {"a": (7,)})),
     "LoopInt": Case({"queue": "{a}", "value": "{v}"}, ("S",), ({"a": "1;2;3"}, {"a": "4"})),
-    "LoopString": Case({"queue": "{a}", "value": "{v}"}, ("RS",), ({"a": "x;y"}, {"a": "json:[\"z\"]"})),
+    "LoopString": Case({"queue": "{a}", "value": "{v}"}, ("RS",), ({"a": "x;y"}, {"a": 'json:["z"]'})),
     "NonblockingSequence": ORDERED,
     "Parallel": Case({"success_count": "{a}"}, ("RS", "RRS", "F"), ({"a": 1}, {"a": 2})),
     "ParallelAll": Case({"max_failures": "{a}"}, ("RS", "RRF", "F"), ({"a": 1}, {"a": 3})),
@@ -73,14 +73,18 @@ CASES = {
     "SetBlackboard": Case({"value": "{a}", "output_key": "v"}, (), ({"a": "x"}, {"a": "y"})),
     "Sleep": Case({"msec": "{a}"}, (), ({"a": 300}, {"a": "100"})),
     "SubTree": Case({"ID": "T", "x": "{a}"}, ("RS",), ({"a": 1}, {"a": 2})),
-    "Switch2": Case({"variable": "{a}", "case_1": "1", "case_2": "{b}"}, ("RS", "F", "RF"),
-                    ({"a": "1", "b": "x"}, {"a": "1.0", "b": "x"})),
-    "TestNode": Case({"return_status": "{a}", "async_delay": "{b}"}, (),
-                     ({"a": "SUCCESS", "b": 200}, {"a": "FAILURE", "b": 0})),
+    "Switch2": Case(
+        {"variable": "{a}", "case_1": "1", "case_2": "{b}"},
+        ("RS", "F", "RF"),
+        ({"a": "1", "b": "x"}, {"a": "1.0", "b": "x"}),
+    ),
+    "TestNode": Case(
+        {"return_status": "{a}", "async_delay": "{b}"}, (), ({"a": "SUCCESS", "b": 200}, {"a": "FAILURE", "b": 0})
+    ),
     "Timeout": Case({"msec": "{a}"}, ("RRRRS",), ({"a": 200}, {"a": 0})),
     "TryCatch": Case({"catch_on_halt": "{a}"}, ("RS", "F", "RS"), ({"a": 0}, {"a": "true"})),
     "WhileDoElse": Case({}, ("S", "RS", "F")),
-}  # fmt: skip  # a table
+}
 for cases in range(3, 7):
     switch = {"variable": "{a}"} | {f"case_{i}": str(i) for i in range(1, cases + 1)}
     CASES[f"Switch{cases}"] = Case(switch, ("RS", "F") * 4, ({"a": "1"}, {"a": "2"}))

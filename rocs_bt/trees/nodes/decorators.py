@@ -280,7 +280,7 @@ class Precondition(Decorator):
         text = self.if_
         if self._compiled is None or self._compiled[0] != text:
             self._compile(text)
-        return self._compiled[1]()  # type: ignore[index]  # compiled above
+        return self._compiled[1]()  # type: ignore[index]  # it is compiled above
 
     def _compile(self, text: str) -> None:
         self._compiled = text, compile_condition(parse_script(text), self.board)
