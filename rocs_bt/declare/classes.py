@@ -62,7 +62,7 @@ def refuse_constructor(cls: type, positional: Sequence[str] = (), base: Any = ob
     if dataclasses.is_dataclass(cls):
         if positional:
             raise class_error(cls, f"'{cls.__name__}' is a dataclass.", f"Remove the decorator, and write {form}.")
-        if lost := own_annotations(cls).keys() - {each.name for each in dataclasses.fields(cls)}:
+        if "__dataclass_fields__" not in vars(cls) and (lost := own_annotations(cls)):
             message = f"'{cls.__name__}' extends a dataclass, and declares {', '.join(sorted(lost))} without being one."
             raise class_error(cls, message, "Write @dataclass above it.")
         return
@@ -71,6 +71,8 @@ def refuse_constructor(cls: type, positional: Sequence[str] = (), base: Any = ob
     needed = [p for p in parameters if p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)]
     if more := [p.name for p in needed if p.kind is p.KEYWORD_ONLY] or [p.name for p in needed[len(positional) :]]:
         hint = f"Declare it by an annotation of the class, such as '{more[0]}: Metres = 0.3', and write {form}."
+        if more[0] in positional:
+            hint = f"Take {more[0]} by position: write {form}."
         raise class_error(cls, f"the constructor of '{cls.__name__}' needs {', '.join(more)}.", hint)
     most = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     is_open = any(p.kind is p.VAR_POSITIONAL for p in parameters)

@@ -288,6 +288,13 @@ def _is_inherited(cls: type, name: str) -> bool:
     return any(name in vars(base) or name in inspect.get_annotations(base) for base in cls.__mro__[1:])
 
 
+def _is_member(base: type, name: str) -> bool:
+    """Whether a field must not have the name of an attribute of a base class: of any in rocs_bt, else of a method."""
+    if base.__module__.partition(".")[0] == "rocs_bt":
+        return name in vars(base) or name in inspect.get_annotations(base)
+    return hasattr(vars(base).get(name), "__get__")
+
+
 def _is_checkable(kind: object) -> bool:
     """Whether `isinstance` accepts a type, as it does not for a Protocol or a TypedDict."""
     try:
@@ -349,10 +356,13 @@ class Declared:
         own = {base: own_annotations(base) for base in reversed(cls.__mro__) if issubclass(base, Declared)}
         known = {name for base in own if base is not cls for name in own[base]}
         for name, base in ((name, base) for name in own[cls] if name not in known for base in cls.__mro__[1:]):
-            if name in vars(base) or name in inspect.get_annotations(base):
-                raise TypeError(f"'{name}' cannot be a field of {cls.__name__}: it is a member of {base.__name__}.")
+            if _is_member(base, name):
+                message = f"'{name}' cannot be a field of '{cls.__name__}': it is a member of {base.__name__}."
+                raise class_error(cls, message, "Choose another name.")
         cls._names = tuple(dict.fromkeys(name for names in own.values() for name in names))
-        cls._defaults = {name: vars(base)[name] for base in own for name in own[base] if name in vars(base)}
+        mro = [vars(base) for base in reversed(cls.__mro__)]
+        given = ((name, members[name]) for members in mro for name in cls._names if name in members)
+        cls._defaults = {name: value for name, value in given if not isinstance(value, property)}
 
     def __init__(self, /, **given: Any) -> None:
         if more := sorted(given.keys() - set(self._names)):

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import rocs_bt.simulation.identified_file
 import rocs_bt.simulation.scripted_objects
 import rocs_bt.simulation.scripted_robots  # noqa: F401 - declares classes, as those above
+from rocs_bt import AtomicAction
 from rocs_bt.analyze import Analyze
 from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.base.toml_table import read_toml
@@ -52,6 +53,7 @@ from rocs_bt.declare import (
     read_value,
     read_values,
     replaced,
+    values_of,
 )
 from rocs_bt.monitor import Monitor
 
@@ -384,15 +386,37 @@ def test_no_value_makes_a_check_or_a_reading_raise_anything_else(hint: Any, valu
 def test_every_name_without_an_underscore_can_be_a_field_unless_a_base_defines_it() -> None:
     assert [name for name in dir(Value) if name[0] != "_"] == []
 
-    class Bound:
-        world: object
-
-    class Body(Bound, Value):
+    class Body(AtomicAction):
         def travel(self) -> None: ...
 
-    for name, owner in (("travel", "Body"), ("world", "Bound")):
-        with pytest.raises(TypeError, match=f"'{name}' cannot be a field of Robot: it is a member of {owner}"):
-            type("Robot", (Body,), {"__annotations__": {name: float}})
+    for name, owner in (("travel", "Body"), ("act", "AtomicAction"), ("live", "Action")):
+        with pytest.raises(InputError, match=f"'{name}' cannot be a field of 'Walk': it is a member of {owner}"):
+            type("Walk", (Body,), {"__annotations__": {name: float}})
+
+
+def test_a_field_may_have_the_name_of_an_attribute_of_a_mixin() -> None:
+    class Mixin:
+        speed: float
+        reach: float = 2.0
+
+    class Arm(Mixin, Value):
+        speed: float = 0.4
+        reach: float
+
+    assert values_of(Arm()) == {"speed": 0.4, "reach": 2.0}
+
+
+def test_a_default_may_be_changed_without_an_annotation() -> None:
+    class Mixin:
+        share = 0.25
+
+    class Half(Mixin, Part):
+        many = (1, 2)
+
+    made = Half(name="a")
+    assert (made.many, made.share) == (Half.many, Half.share) == ((1, 2), 0.25)
+    defaults = {each.name: each.default for each in fields_of(Half)}
+    assert (defaults["many"], defaults["share"]) == ((1, 2), 0.25)
 
 
 def test_every_shipped_scenario_has_the_places_of_its_tables() -> None:

@@ -7,7 +7,7 @@ from rocs_bt.base.errors import InputError
 from rocs_bt.check import check_content
 
 BASE = """
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 from rocs_bt import PositiveMetresPerSecond, Twist2
 
@@ -27,7 +27,9 @@ FORMS = {
     "another default": PLAIN.replace("Mine", "Fast") + "\n\nclass Mine(Fast):\n    speed = 0.2\n",
     "dataclass": "@dataclass(kw_only=True)\n"
     + PLAIN
-    + "    gains: list[float] = field(default_factory=list)\n    count: int = field(default=0, init=False)\n",
+    + "    gains: list[float] = field(default_factory=list)\n    count: int = field(default=0, init=False)\n"
+    + "    half: InitVar[bool] = False\n\n    def __post_init__(self, half):\n"
+    + "        self.speed *= 0.5 if half else 1.0\n",
     "slots": 'class Mine(Ahead):\n    __slots__ = ("speed",)\n    speed: PositiveMetresPerSecond\n',
     "constructor": PLAIN + "\n    def __init__(self):\n        self.speed = 2.0 * self.speed\n",
 }

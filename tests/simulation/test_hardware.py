@@ -279,6 +279,7 @@ TAKES_TWO = "def __init__(self, name, host):\n        super().__init__(name, 2)"
         ("def __init__", "def begin", "the constructor of 'Part' does not take name and host. Write __init__(self,"),
         (TAKES_TWO, TAKES_TWO.replace(", host", ""), "the constructor of 'Wheels' does not take name and host."),
         (TAKES_TWO, TAKES_TWO.replace("host", "host, port"), "the constructor of 'Wheels' needs port. Declare it by"),
+        (TAKES_TWO, TAKES_TWO.replace("host", "*, host"), "needs host. Take host by position: write __init__(self,"),
     ],
 )
 def test_a_driver_that_cannot_be_constructed_is_refused_with_advice(real, old: str, new: str, message: str) -> None:
