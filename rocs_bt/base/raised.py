@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from traceback import walk_tb
-from types import FrameType
+from types import FrameType, ModuleType
 from typing import Any
 
 from .errors import ActuatorError, RocsError, did_you_mean
@@ -91,17 +91,24 @@ def describe(error: BaseException) -> str:
 def _hint(error: BaseException) -> str:
     """Remedy for an unknown attribute of a method or of an object or module of rocs_bt; else empty."""
     if isinstance(error, ImportError) and (name := _UNKNOWN.match(str(error))) and error.name in sys.modules:
-        members = vars(sys.modules[error.name])
-        known = members.get("__all__") or [each for each in members if not each.startswith("_")]
-        return f". {members.get('ADVICE', {}).get(name[1]) or did_you_mean(name[1], known, error.name)}"
+        return f". {_advice(sys.modules[error.name], name[1])}"
     if not isinstance(error, AttributeError) or not error.name:
         return ""
+    if isinstance(error.obj, ModuleType):
+        return f". {_advice(error.obj, error.name)}" if error.obj.__name__.partition(".")[0] == "rocs_bt" else ""
     if inspect.isroutine(error.obj):
         called = f"{error.obj.__name__}()"
         return f". It must be called: write {called}.{error.name}"
     classes = [cls for cls in type(error.obj).__mro__ if cls.__module__.partition(".")[0] == "rocs_bt"]
     names = sorted({name for cls in classes for name in vars(cls) if not name.startswith("_")})
     return f". {type(error.obj).__name__} has: {', '.join(names)}" if names else ""
+
+
+def _advice(module: ModuleType, name: str) -> str:
+    """Advice of a module about a name that it does not have."""
+    members = vars(module)
+    known = members.get("__all__") or [each for each in members if not each.startswith("_")]
+    return str(members.get("ADVICE", {}).get(name) or did_you_mean(name, known, module.__name__))
 
 
 def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:

@@ -6,6 +6,7 @@ import textwrap
 
 import pytest
 
+import rocs_bt
 from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.python_content import load_module
@@ -168,10 +169,11 @@ def test_an_error_of_the_engine_without_content_has_a_line_of_the_engine():
         ("robot.pose().distance_to(robot)", "Pose2 has: bearing, compose, distance, transform, x, y, yaw"),
         ("robot.position", "RobotModel has: "),
         ("[].first", "'list' object has no attribute 'first'"),
+        ("rocs_bt.Sensr", "Did you mean 'Sensor'? rocs_bt has: "),
     ],
 )
 def test_an_unknown_attribute_names_the_right_spelling(code, hint):
     robot = Knowledge("R", SimulatedClock(0.05), ListSink()).robot
     with pytest.raises(AttributeError) as found:
-        eval(code, {"robot": robot})
+        eval(code, {"robot": robot, "rocs_bt": rocs_bt})
     assert hint in describe(found.value)
