@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, cast
@@ -78,22 +78,17 @@ class MissionCatalog(Finder):
             InputError: A file does not load, two classes have the same name, a leaf with one of the names has no
                 `update`, or `--no-code` forbids it.
         """
-        from ..trees.nodes import Leaf, Node, nodes_of
+        from ..trees.nodes import nodes_of
 
         entries = self._node_files(names)
         self._allow(*(entry.path for entry in entries))
         for entry in entries:
             self.confine(entry)
-        classes = [(node, entry.path) for entry in entries for node in nodes_of(load_module(entry.path))]
-        for node, path in ((node, path) for node, path in classes if names and node.tag in names):
-            line = classes_in(path).get(node.__name__, 0)
-            if hasattr(node, "__dataclass_fields__"):
-                hint = "Remove the decorator: the annotations declare the ports."
-                raise InputError(Fault(f"the node {node.__name__} is a dataclass.", path, line, hint=hint))
-            if issubclass(node, Leaf) and node.update is Node.update:
-                hint = "Write: def update(self): return SUCCESS."
-                raise InputError(Fault(f"the leaf {node.__name__} has no method 'update'.", path, line, hint=hint))
-        return tuple(node for node, _ in classes if names is None or node.tag in names)
+        found = [(node, entry.path) for entry in entries for node in nodes_of(load_module(entry.path))]
+        classes = [(node, path) for node, path in found if names is None or node.tag in names]
+        if names and (faults := [*_faults_of_nodes(classes)]):
+            raise InputError(*faults)
+        return tuple(node for node, _ in classes)
 
     def load_route(self, name: str) -> type[Any]:
         """Load the route planner in a Python file of `planners/routes`, by the file's name.
@@ -186,3 +181,18 @@ class MissionCatalog(Finder):
             found = [mission.path.parent / text if text.endswith(TREES) else named.get(text) for text in texts]
             files = [file for file in found if file is not None and is_file(file)]
         return [make_entry(file, "mission", mission.origin) for file in dict.fromkeys(files)]
+
+
+def _faults_of_nodes(nodes: Sequence[tuple[type[Any], Path]]) -> Iterator[Fault]:
+    """Faults of node classes, each with its file; a leaf that another of the nodes extends needs no `update`."""
+    from ..trees.nodes import Leaf, Node
+
+    extended = {base for node, _ in nodes for base in node.__mro__[1:]}
+    for node, path in nodes:
+        line = classes_in(path).get(node.__name__, 0)
+        if hasattr(node, "__dataclass_fields__"):
+            hint = "Remove the decorator: the annotations declare the ports."
+            yield Fault(f"the node {node.__name__} is a dataclass.", path, line, hint=hint)
+        elif issubclass(node, Leaf) and node.update is Node.update and node not in extended:
+            hint = "Write: def update(self): return SUCCESS."
+            yield Fault(f"the leaf {node.__name__} has no method 'update'.", path, line, hint=hint)
