@@ -14,6 +14,9 @@ from ..interfaces.vocabulary import vocabulary_of
 from .content_kinds import TREES, Entry, make_entry
 from .finder import Finder, kept
 
+_FAMILY = "rocs_bt.compare.family.Family"
+"""Base class of families; by name, because catalogs do not import comparisons."""
+
 
 class MissionCatalog(Finder):
     """Finder that also loads missions, and what they name."""
@@ -108,6 +111,20 @@ class MissionCatalog(Finder):
             message = f"expected one route planner in the file, found {len(planners)}."
             raise InputError(Fault(message, entry.path, hint=hint))
         return planners[0]
+
+    def load_family(self, entry: Entry) -> type[Any]:
+        """Load the class of a family, which has the name of its file in CamelCase.
+
+        Raises:
+            InputError: The file does not load or lacks the class, the class is no Family, or `--no-code` forbids it.
+        """
+        self.confine(entry)
+        camel = "".join(part.capitalize() for part in entry.name.split("_"))
+        cls = self.load_class(entry.path, camel)
+        if _FAMILY not in (f"{base.__module__}.{base.__name__}" for base in cls.__mro__[1:]):
+            hint = f"Write: class {camel}(Family)."
+            raise InputError(Fault(f"'{camel}' must be a class derived from Family.", entry.path, hint=hint))
+        return cls
 
     def _node_files(self, names: Collection[str] | None) -> tuple[Entry, ...]:
         """Node files that define one of these classes; found by parsing, without running them."""

@@ -29,7 +29,7 @@ from ..catalog import (
     make_entry,
     mission_values,
 )
-from ..declare import Declared, fields_of, read_root
+from ..declare import fields_of, read_root
 from ..expression import one_for_each_signal
 from ..knowledge import SCHEMA, load_schema
 from ..reactive import tested_file
@@ -344,10 +344,7 @@ def _check_loaded(load: Callable[[Catalog, Entry], object], entry: Entry, catalo
 
 
 def _load_family(catalog: Catalog, entry: Entry) -> None:
-    module = catalog.load_python(entry)
-    for cls in vars(module).values():
-        if isinstance(cls, type) and issubclass(cls, Declared) and cls.__module__ == module.__name__:
-            fields_of(cls)
+    fields_of(catalog.load_family(entry))
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:

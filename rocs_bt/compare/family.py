@@ -15,7 +15,6 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from ..base.errors import Fault, InputError
 from ..base.files import write_whole
 from ..base.geometry import Pose2
 from ..base.python_content import running_class
@@ -211,14 +210,9 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
     Raises:
         InputError: The family does not exist, its file does not load, or parameters are invalid; lists all faults.
     """
-    entry = catalog.find("family", name)
-    camel = "".join(part.capitalize() for part in entry.name.split("_"))
-    cls = catalog.load_class(entry.path, camel)
-    if not issubclass(cls, Family):
-        hint = f"Write: class {camel}(Family)."
-        raise InputError(Fault(f"'{camel}' must be a class derived from Family.", entry.path, hint=hint))
+    cls: type[Family] = catalog.load_family(catalog.find("family", name))
     with running_class(cls):
-        return read_values(cls, values or {}, f"the family {camel}")
+        return read_values(cls, values or {}, f"the family {cls.__name__}")
 
 
 def scene_of(family: Family, index: int) -> Scene:
