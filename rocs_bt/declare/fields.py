@@ -17,9 +17,9 @@ import re
 import types
 import typing
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar, cast, dataclass_transform
 
 from ..base.errors import Fault, InputError, did_you_mean
 from ..base.raised import definition_of
@@ -152,7 +152,7 @@ class Field:
         """Valid texts; empty if there are others."""
         if (one_of := self.mark(OneOf)) is not None:
             return one_of.options
-        return typing.get_args(self.hint) if typing.get_origin(self.hint) is typing.Literal else ()
+        return typing.get_args(self.hint) if typing.get_origin(self.hint) is Literal else ()
 
     @functools.cached_property
     def doc(self) -> str:
@@ -220,7 +220,7 @@ class Field:
         marks: tuple[Any, ...] = ()
         made: type = tuple
         many, origin = "", typing.get_origin(hint)
-        while origin is not None and origin is not typing.Literal:
+        while origin is not None and origin is not Literal:
             args = typing.get_args(hint)
             if origin is typing.Annotated:
                 marks, hint = (*hint.__metadata__, *marks), args[0]
@@ -236,11 +236,12 @@ class Field:
             else:
                 break
             origin = typing.get_origin(hint)
-        if origin is typing.Literal and not all(isinstance(each, str) for each in typing.get_args(hint)):
+        if origin is Literal and not all(isinstance(each, str) for each in typing.get_args(hint)):
             raise class_error(owner, f"'{name}' of '{owner.__name__}' has values that are no texts.", _BOUNDED)
         if not _is_checkable(typing.get_origin(hint) or hint):
-            message = f"'{name}' of '{owner.__name__}' has the type {hint.__name__}, for which no value can be checked."
-            raise class_error(owner, message, "Write Any; or decorate a Protocol with @typing.runtime_checkable.")
+            kind = getattr(hint, "__name__", hint)
+            message = f"'{name}' of '{owner.__name__}' has the type {kind}, for which no value can be checked."
+            raise class_error(owner, message, "Write a type, or Any; or decorate a Protocol with @runtime_checkable.")
         within = typing.get_args(hint) if origin in _LISTS and not any(isinstance(mark, Keys) for mark in marks) else ()
         outer = tuple(mark for mark in marks if isinstance(mark, (Dimension, Bounds)))
         inner = (cls.annotated(name, part, MISSING, owner) for part in within if part is not ...)
@@ -295,12 +296,15 @@ def _is_member(base: type, name: str) -> bool:
     return hasattr(vars(base).get(name), "__get__")
 
 
-def _is_checkable(kind: object) -> bool:
-    """Whether `isinstance` accepts a type, as it does not for a Protocol or a TypedDict."""
+def _is_checkable(kind: Any) -> bool:
+    """Whether `isinstance` accepts a type, as it does not for a Protocol, a TypedDict, a variable or a value."""
+    if kind is Any or kind is Literal or isinstance(kind, InitVar):
+        return True
     try:
-        return kind is Any or not isinstance(kind, type) or isinstance(None, kind) in (True, False)
+        isinstance(None, kind)
     except TypeError:
         return False
+    return True
 
 
 def summary_of(cls: type) -> str:

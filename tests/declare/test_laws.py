@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import numpy as np
 import pytest
@@ -366,6 +366,12 @@ def test_values_that_programs_give_are_checked_against_their_annotation(hint: An
         (fault,) = each.faults(value, "x of it")
         assert "x of it" in fault.message
         assert wanted in fault.message
+
+
+@pytest.mark.parametrize("hint", [3, Final[int], TypeVar("T"), Sequence[TypeVar("T")]])
+def test_an_annotation_that_is_no_type_is_refused_with_advice(hint: Any) -> None:
+    with pytest.raises(InputError, match=r"'x' of 'Part' has the type .* Write a type, or Any"):
+        Field.annotated("x", hint, MISSING, Part)
 
 
 ANYTHING = st.recursive(
