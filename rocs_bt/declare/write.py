@@ -53,10 +53,10 @@ def known_key(each: Field) -> KnownKey:
 
 def written_default(each: Field) -> Any:
     """Default of a field as a file has it, such as `0.5 s`; None if there is none that a file can have."""
-    is_plain = isinstance(each.default, (bool, int, str)) or (
-        isinstance(each.default, float) and isfinite(each.default)
-    )
-    return written(each, each.default) if is_plain else None
+    default = each.default
+    if isinstance(default, str):
+        return default
+    return written(each, default) if isinstance(default, (bool, int, float)) and isfinite(default) else None
 
 
 def _one(each: Field, value: Any) -> Any:
