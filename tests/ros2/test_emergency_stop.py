@@ -128,13 +128,13 @@ def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):
 def test_a_robot_does_not_start_before_the_release_and_a_go(counterpart, tmp_path):
     robot = counterpart(*OPTIONS, *start_of(1), distribution="jazzy")
     catalog, seen = with_stop(tmp_path, "emergency_stop"), list[str]()
-    robot.tell("emergency_stop")
+    stopped, waiting = "emergency stop: topic /r1/emergency_stop", "emergency stop released, waiting for go"
 
     def show(report: PreflightReport) -> None:
-        if report.paused not in seen:
+        if report.paused not in seen[-1:]:
             seen.append(report.paused)
-            if report.paused == "emergency stop: topic /r1/emergency_stop":
-                robot.tell("released")
+        if waiting not in seen:
+            robot.tell("released" if stopped in seen else "emergency_stop")
 
-    drive("real", catalog, duration=1.0, preflight=show, go=lambda: "emergency stop released, waiting for go" in seen)
-    assert seen[-3:] == ["emergency stop: topic /r1/emergency_stop", "emergency stop released, waiting for go", ""]
+    drive("real", catalog, duration=1.0, preflight=show, go=lambda: waiting in seen)
+    assert seen[-3:] == [stopped, waiting, ""]
