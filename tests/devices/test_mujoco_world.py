@@ -110,10 +110,10 @@ def test_the_nearest_of_many_things_is_that_of_all_distances(make_world: MakeWor
         np.linspace(0.0, 2.0 * math.pi, 14), rng.uniform(0.05, 2.5, 14), rng.uniform(0.9, 1.3, 14), strict=True
     )
     # All within reach and of all sizes, so that the nearest centre is seldom that of the nearest surface.
-    posts = [((gap + r) * math.cos(a), (gap + r) * math.sin(a), r) for a, r, gap in around]
+    posts = [(5.0 + (gap + r) * math.cos(a), -3.0 + (gap + r) * math.sin(a), r) for a, r, gap in around]
     geom = '<geom name="post{}" type="cylinder" size="{} 0.2" pos="{} {} 0.2"/>'
     world = make_world("".join(geom.format(i, r, x, y) for i, (x, y, r) in enumerate(posts)))
-    world.place("R2", Pose2(*rng.uniform(-0.3, 0.3, 3)))
+    world.place("R2", Pose2(5.0, -3.0).compose(Pose2(*rng.uniform(-0.3, 0.3, 3))))
     found, _ = world.clearance("R2")
     gaps = [
         mujoco.mj_geomDistance(world.model, world.data, hull, world.model.geom(f"post{i}").id, 100.0, None)
