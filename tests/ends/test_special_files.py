@@ -246,7 +246,7 @@ OPENED = re.compile(
 EXEMPT = {
     # files of the system, or of this package, which no user names
     "base/files.py",
-    "record/folder_lock.py",
+    "record/file/folder_lock.py",
     "devices/isolated/silence.py",
     "ros2/network/rclpy_transport.py",
     "cli/terminal.py",
