@@ -430,7 +430,7 @@ def test_a_scenario_is_edited_saved_and_run_by_one_key(browser, studio, project)
     arrives(browser, "globalThis.editor?.drawn")
     browser.evaluate("editor.code.area.setSelectionRange(0, 0), editor.code.replace(0, 0, '# mine\\n')")
     shown(browser, "editor.drawn === editor.code.text && editor.drawn.startsWith('# mine')")
-    browser.evaluate("editor.run()")
+    browser.evaluate("void editor.run()")  # not awaited: it leaves the page
     arrives(browser, "location.pathname.endsWith('/run') && document.querySelector('.clock')")
     assert (project / "scenarios" / "mine.toml").read_text().startswith("# mine\n")
     name = browser.evaluate("new URLSearchParams(location.search).get('run')")
